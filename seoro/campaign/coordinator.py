@@ -11,11 +11,12 @@ from typing import Final
 import anyio
 
 from seoro.campaign.engine import Engine, WorkerDied
-from seoro.campaign.identity import run_id
+from seoro.campaign.identity import row_of
 from seoro.campaign.planner import Planner
 from seoro.campaign.runs import End, Planned, Row
-from seoro.campaign.store.folder import CampaignFolder, shard
+from seoro.campaign.store.folder import COORDINATOR, CampaignFolder, shard
 from seoro.campaign.store.lines import Appender
+from seoro.errors import cause_of
 
 CHUNK_TIME: Final = 1.0  # [s] for a chunk of short runs; longer ones are handed out one by one
 MOST: Final = 256  # runs of a chunk
@@ -63,7 +64,7 @@ class Coordinator:
                 for _ in range(self._engine.slots):
                     group.start_soon(self._serve)
         except ExceptionGroup as errors:
-            raise errors.exceptions[0] from None
+            raise cause_of(errors) from None
 
     def stop(self) -> None:
         """Begin no more runs, and stop those in progress; they can be resumed."""
@@ -131,22 +132,17 @@ class Coordinator:
         if first.attempt < ATTEMPTS:
             self._planner.give_back(replace(first, attempt=first.attempt + 1))
             return
-        row = Row(
-            run=first.number,
-            id=run_id(self._folder.campaign.digest, first.values, first.seed),
-            variant=first.variant,
-            repeat=first.repeat,
-            seed=first.seed,
+        campaign = self._folder.campaign
+        row = row_of(
+            first,
+            campaign.digest,
+            campaign.version,
             status=End.ERROR,
             values=first.values,
             reason=reason,
             reason_key=reason,
-            strategy=first.strategy,
-            parent=first.parent,
-            attempt=first.attempt,
-            version=self._folder.campaign.version,
         )
-        file = Appender(shard(self._folder.folder, "coordinator"))
+        file = Appender(shard(self._folder.folder, COORDINATOR))
         try:
             file.append(row.to_line())
         finally:

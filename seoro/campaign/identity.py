@@ -8,8 +8,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from typing import Any
 
 from seoro.bridges.executor.messages import Manifest
+from seoro.campaign.runs import Planned, Row
 
 DIGITS = 16  # hexadecimal
 
@@ -42,6 +44,29 @@ def run_id(digest: str, values: Mapping[str, str], seed: int) -> str:
         seed: Its seed.
     """
     return _hash([digest, dict(values), seed])[:DIGITS]
+
+
+def row_of(planned: Planned, digest: str, version: str, **fields: Any) -> Row:
+    """Return the row of a planned run.
+
+    Args:
+        planned: The run.
+        digest: Of the campaign.
+        version: Version of seoro.
+        fields: The other fields of the row.
+    """
+    return Row(
+        run=planned.number,
+        id=run_id(digest, planned.values, planned.seed),
+        variant=planned.variant,
+        repeat=planned.repeat,
+        seed=planned.seed,
+        strategy=planned.strategy,
+        parent=planned.parent,
+        attempt=planned.attempt,
+        version=version,
+        **fields,
+    )
 
 
 def _hash(content: object) -> str:

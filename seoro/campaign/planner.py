@@ -47,9 +47,8 @@ class Planner:
         """Plan what an earlier session has left, and bring the strategy to where it was."""
         ended: set[int] = set()
         for row in read_rows(self._folder.folder):
-            if row.run not in ended:
-                ended.add(row.run)
-                self.record(row)
+            ended.add(row.run)
+            self.record(row)
         last: Planned | None = None
         for last in self._folder.asked():
             self._asked += 1
@@ -70,11 +69,6 @@ class Planner:
     # ------------------------------------------------------------ planning
 
     @property
-    def total(self) -> int | None:
-        """Number of runs of the whole campaign; None if it is not known yet."""
-        return self._campaign.runs
-
-    @property
     def is_over(self) -> bool:
         """Whether no more runs will be planned, unless some are returned."""
         has_more = self._batches is not None or self._points or self._repeats
@@ -87,7 +81,7 @@ class Planner:
             most: Maximum number.
 
         Returns:
-            The runs; none if there are no more, or if the results of earlier ones are needed first.
+            The runs; empty at the end, and while the strategy needs results of earlier runs.
         """
         taken, self._again = self._again[:most], self._again[most:]
         new: list[Planned] = []

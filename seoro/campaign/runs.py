@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from enum import Enum
 from typing import Any, Final, TypeVar
@@ -49,11 +49,6 @@ class Planned(Value):
     strategy: str
     parent: int = 0
     attempt: int = 1
-
-    @property
-    def title(self) -> str:
-        """Values of the run, for people."""
-        return title_of(self.values)
 
     def to_line(self) -> str:
         """Encode for `asked.jsonl`, and for workers."""
@@ -157,6 +152,15 @@ class Row(Value):
         given["status"] = End(given["status"])
         given["coverage"] = tuple(given.get("coverage", ()))
         return _made(Row, given)
+
+
+def each_once(rows: Iterable[Row]) -> Iterator[Row]:
+    """Yield the first row of each run; a run has several if its worker died after it had written one."""
+    seen: set[int] = set()
+    for row in rows:
+        if row.run not in seen:
+            seen.add(row.run)
+            yield row
 
 
 OF_THE_MACHINE: Final = frozenset(

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Protocol
 
-from seoro.campaign.results.rows import final_rows
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
 from seoro.campaign.statistics.flaky import find_flaky
@@ -125,12 +124,11 @@ class Progress:
 def print_status(folder: Path) -> None:
     """Print how far a campaign is."""
     campaign, tally = read_campaign(folder), Tally()
-    watch = watch_of(campaign)
-    for row in read_rows(folder):
-        watch.record(row)
-    rows = list(final_rows(folder))
+    watch, rows = watch_of(campaign), sorted(read_rows(folder), key=lambda row: row.run)
     for row in rows:
-        tally.count(row)
+        watch.record(row)
+        if row.status is not End.IMPOSSIBLE:
+            tally.count(row)
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
     print(f"{campaign.manifest.shown}: {tally.runs:,}{of} runs: {tally.text}{rate_text(campaign, watch)}")
     if watch.stop is not None:

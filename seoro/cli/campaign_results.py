@@ -8,6 +8,7 @@ from pathlib import Path
 from seoro.campaign.report.page import write_report
 from seoro.campaign.results.junit import write_junit
 from seoro.campaign.results.parquet import is_parquet_installed, write_parquet
+from seoro.campaign.results.rows import final_rows
 from seoro.campaign.results.table import write_table
 from seoro.campaign.store.folder import read_campaign
 
@@ -25,10 +26,10 @@ def write_results(folder: Path) -> list[Path]:
         UsageError: The folder is not that of a campaign, or a row is invalid.
         OSError: A file cannot be written.
     """
-    campaign = read_campaign(folder)
-    table = write_table(folder)
+    campaign, rows = read_campaign(folder), final_rows(folder)
+    table = write_table(rows, folder)
     converted = [write_parquet(table)] if is_parquet_installed() else []
-    return [write_report(folder), table, *converted, write_junit(folder, campaign.manifest.shown)]
+    return [write_report(folder), table, *converted, write_junit(rows, folder, campaign.manifest.shown)]
 
 
 def print_files(files: Iterable[Path]) -> None:

@@ -14,7 +14,7 @@ from seoro.campaign.report.coverage import MergedCoverage
 from seoro.campaign.report.grouping import Bucket, influence
 from seoro.campaign.report.page import write_report
 from seoro.campaign.report.summary import MOST_ROWS, summarize
-from seoro.campaign.runs import End, Planned, Row
+from seoro.campaign.runs import End, Planned, Row, each_once
 from seoro.campaign.stopping.rules import percent
 from seoro.campaign.store.folder import ASKED, RUNS, find_planned, read_campaign, write_campaign
 from seoro.cli.main import main
@@ -116,7 +116,7 @@ def test_coverage_is_added_over_runs() -> None:
 
 
 def test_a_summary_counts_each_run_once() -> None:
-    found = summarize([*rows(2000), *rows(1000), row(3001, End.IMPOSSIBLE)], seed=1)
+    found = summarize(each_once([*rows(2000), *rows(1000), row(3001, End.IMPOSSIBLE)]), seed=1)
     assert (found.runs, found.impossible) == (2000, 1)
     failed = [each.run for each in rows(2000) if each.status is End.FAILED]
     assert found.ends[End.FAILED] == len(failed) == sum(group.count for group in found.failures.values())

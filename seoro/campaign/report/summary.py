@@ -1,4 +1,4 @@
-"""Summary of the rows of a campaign: one pass, in constant memory but for a number per run."""
+"""Summary of the rows of a campaign: one pass, in constant memory."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any, Final, TypeAlias
 
 from seoro.campaign.report.columns import Column
 from seoro.campaign.report.coverage import MergedCoverage
+from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
 from seoro.lang.lazy_dataclass import lazy_dataclass
 
@@ -37,12 +38,10 @@ class FailureGroup:
 
 
 @lazy_dataclass
-class Summary:
-    """Content of a report.
+class Summary(Tally):
+    """Content of a report, with the counts of runs.
 
     Args:
-        ends: Number of runs by end.
-        impossible: Number of planned runs that constraints exclude.
         failures: Groups of runs that did not pass, by reason and place.
         parameters: Counts by parameter.
         measurements: Counts by measurement.
@@ -55,8 +54,6 @@ class Summary:
         last: Time of the last start.
     """
 
-    ends: Counter[End] = field(default_factory=Counter)
-    impossible: int = 0
     failures: dict[tuple[str, str], FailureGroup] = field(default_factory=dict)
     parameters: dict[str, Column] = field(default_factory=dict)
     measurements: dict[str, Column] = field(default_factory=dict)
@@ -69,30 +66,22 @@ class Summary:
     last: str = ""
 
     @property
-    def runs(self) -> int:
-        """Number of runs."""
-        return self.ends.total()
-
-    @property
     def decided(self) -> int:
         """Number of runs that passed or failed."""
         return self.ends[End.PASSED] + self.ends[End.FAILED]
 
 
 def summarize(rows: Iterable[Row], seed: int) -> Summary:
-    """Summarize the rows of a campaign; of a run with several rows, the first counts.
+    """Summarize the rows of a campaign.
 
     Args:
-        rows: The rows, in any order.
+        rows: A row for each run, in any order.
         seed: Seed of the random sample for pairs of parameters.
     """
-    found, seen, draw = Summary(), set[int](), random.Random(seed)  # noqa: S311 - a sample
+    found, draw = Summary(), random.Random(seed)  # noqa: S311 - a sample
     for row in rows:
-        if row.run in seen:
-            continue
-        seen.add(row.run)
+        found.count(row)
         if row.status is End.IMPOSSIBLE:
-            found.impossible += 1
             continue
         _count(found, row)
         if row.status in (End.PASSED, End.FAILED):
@@ -101,7 +90,6 @@ def summarize(rows: Iterable[Row], seed: int) -> Summary:
 
 
 def _count(found: Summary, row: Row) -> None:
-    found.ends[row.status] += 1
     found.cpu += row.cpu + row.sim_cpu
     if row.host in found.hosts or len(found.hosts) < MOST_GROUPS:
         found.hosts[row.host] += 1

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from seoro.campaign.results.rows import final_rows
 from seoro.campaign.runs import Row, title_of
 from seoro.runtime.trace.junit import TAGS, Case, junit
 from seoro.runtime.verdict import RunStatus
@@ -13,15 +13,16 @@ from seoro.runtime.verdict import RunStatus
 JUNIT: Final = "test.xml"
 
 
-def write_junit(folder: Path, file: str) -> Path:
+def write_junit(rows: Sequence[Row], folder: Path, file: str) -> Path:
     """Write the JUnit file of a campaign.
 
     Args:
-        folder: Folder of the campaign.
+        rows: Its rows, see `final_rows`.
+        folder: Its folder.
         file: Scenario file, as the user named it.
     """
     path = folder / JUNIT
-    path.write_text(junit([_case(row, file) for row in final_rows(folder)]), encoding="utf-8")
+    path.write_text(junit([_case(row, file) for row in rows]), encoding="utf-8")
     return path
 
 

@@ -1,16 +1,15 @@
-"""The rows of a campaign in order, each run once."""
+"""The rows of a campaign in order."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.folder import read_rows
 
 
-def final_rows(folder: Path) -> Iterator[Row]:
-    """Yield the rows of all runs, by number; of a run with several rows, as after a kill, the last in its shard.
+def final_rows(folder: Path) -> tuple[Row, ...]:
+    """Return the rows of all runs in order; runs that constraints exclude are left out.
 
     Args:
         folder: Folder of the campaign.
@@ -18,6 +17,5 @@ def final_rows(folder: Path) -> Iterator[Row]:
     Raises:
         UsageError: A row is invalid.
     """
-    rows = {row.run: row for row in read_rows(folder) if row.status is not End.IMPOSSIBLE}
-    for number in sorted(rows):
-        yield rows[number]
+    rows = (row for row in read_rows(folder) if row.status is not End.IMPOSSIBLE)
+    return tuple(sorted(rows, key=lambda row: row.run))

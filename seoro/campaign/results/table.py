@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from seoro.campaign.results.rows import final_rows
 from seoro.campaign.runs import Row
 
 TABLE: Final = "runs.csv"
@@ -25,25 +24,25 @@ AFTER: Final = (
 )  # fmt: skip # then measurements
 
 
-def write_table(folder: Path) -> Path:
+def write_table(rows: Sequence[Row], folder: Path) -> Path:
     """Write the table of a campaign.
 
     Args:
-        folder: Folder of the campaign.
+        rows: Its rows, see `final_rows`.
+        folder: Its folder.
 
     Returns:
         The table.
 
     Raises:
-        UsageError: A row is invalid.
         OSError: The table cannot be written.
     """
-    parameters, measurements = columns_of(final_rows(folder))
+    parameters, measurements = columns_of(rows)
     path = folder / TABLE
     with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         writer = csv.writer(file)
         writer.writerow([*BEFORE, *parameters, *AFTER, *measurements])
-        for row in final_rows(folder):
+        for row in rows:
             writer.writerow(_line(row, parameters, measurements))
     return path
 

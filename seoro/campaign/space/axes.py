@@ -34,10 +34,6 @@ class Choices(Value):
         """Return the value at a share of the list, from 0 to less than 1."""
         return self.texts[min(int(share * len(self.texts)), len(self.texts) - 1)]
 
-    def share(self, text: str) -> float:
-        """Return the share in the middle of a value."""
-        return (self.texts.index(text) + 0.5) / len(self.texts)
-
 
 class Interval(Value):
     """Number within bounds, both included.

@@ -21,7 +21,7 @@ from typing import Annotated, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from seoro.bridges.executor.messages import Manifest
-from seoro.campaign.runs import Planned, Row
+from seoro.campaign.runs import Planned, Row, each_once
 from seoro.campaign.store.lines import Appender, cut_torn_line, read_lines
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, read_input
@@ -30,9 +30,10 @@ from seoro.runtime.trace.jsonl import to_json
 CAMPAIGN: Final = "campaign.json"
 ASKED: Final = "asked.jsonl"
 RUNS: Final = "runs"
+COORDINATOR: Final = "coordinator"  # its shard has rows of runs that ended their workers
 KEPT: Final = "kept"
 LOCK: Final = "lock"
-DERIVED: Final = ("runs.csv", "runs.parquet", "test.xml", "report.html", "hits.jsonl")  # can be made again
+DERIVED: Final = ("runs.csv", "runs.parquet", "test.xml", "report.html")  # can be made again
 _NUMBER: Final = re.compile(rb'\{"number": ?(\d{1,18})\b')
 
 Isolation = Literal["worker", "run", "process"]
@@ -181,17 +182,23 @@ def read_campaign(folder: Path) -> CampaignFile:
 
 
 def read_rows(folder: Path) -> Iterator[Row]:
-    """Yield the rows of all shards, as they were appended; a run may have several, of which the last holds.
+    """Yield a row for each run that has ended, in no order.
 
     Raises:
         UsageError: A line is invalid.
     """
-    for shard in sorted((folder / RUNS).glob("*.jsonl")):
-        for number, line in enumerate(read_lines(shard), start=1):
+    return each_once(_all_rows(folder))
+
+
+def _all_rows(folder: Path) -> Iterator[Row]:
+    """Yield the rows of all shards; those of workers come before those about their deaths."""
+    shards = (folder / RUNS).glob("*.jsonl")
+    for path in sorted(shards, key=lambda path: (path.stem == COORDINATOR, path.name)):
+        for number, line in enumerate(read_lines(path), start=1):
             try:
                 yield Row.from_line(line)
             except (ValueError, TypeError, KeyError) as error:
-                raise UsageError(f"{shard}:{number}: invalid row: {error}") from error
+                raise UsageError(f"{path}:{number}: invalid row: {error}") from error
 
 
 def find_planned(folder: Path, numbers: Collection[int]) -> dict[int, Planned]:

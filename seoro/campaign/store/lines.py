@@ -38,10 +38,6 @@ class Appender:
             os.ftruncate(self._descriptor, before)
             raise
 
-    def sync(self) -> None:
-        """Write the lines to the disk, so that they survive a loss of power."""
-        os.fdatasync(self._descriptor)
-
     def close(self) -> None:
         """Close the file."""
         os.close(self._descriptor)

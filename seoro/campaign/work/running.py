@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from seoro.bridges.wire.message import Empty
 from seoro.bridges.wire.outputs import GET_MEASUREMENTS
-from seoro.campaign.identity import run_id
+from seoro.campaign.identity import row_of
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.store.folder import KEPT, shard
 from seoro.campaign.store.lines import Appender
@@ -76,19 +76,13 @@ class Worker:
         end = await self._end(planned)
         if self._is_stopped:
             raise Stopped
-        row = Row(
-            run=planned.number,
-            id=run_id(self._job.campaign.digest, planned.values, planned.seed),
-            variant=planned.variant,
-            repeat=planned.repeat,
-            seed=planned.seed,
-            strategy=planned.strategy,
-            parent=planned.parent,
-            attempt=planned.attempt,
+        row = row_of(
+            planned,
+            self._job.campaign.digest,
+            self._job.campaign.version,
             host=self._host,
             worker=self._name,
             started=started,
-            version=self._job.campaign.version,
             cpu=round(time.process_time() - cpu, 6),
             wall_duration=round(time.monotonic() - wall, 6),
             sim_cpu=round(self._simulator_time() - of_simulator, 3),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from seoro.campaign.work.measurements import of_item
-from seoro.runtime.trace.jsonl import to_json, to_line
+from seoro.runtime.trace.jsonl import to_line
 
 IN_MEMORY = 4 << 20  # [bytes] of a trace, before it goes to a file
 
@@ -31,11 +31,10 @@ class Watching:
         """Receive a record."""
         if record["kind"] in ("cover", "record"):
             self.samples.update(of_item(record))
-        wall = record["wall"]
-        text = to_json({**record, "wall": "", "cancelled": None} if record["kind"] == "run.end" else record)
-        self._hash.update(text.replace(wall, "", 1).encode("utf-8", "backslashreplace"))
+        line = to_line(record)
+        lasting = to_line({**record, "cancelled": None}) if record["kind"] == "run.end" else line
+        self._hash.update(lasting[:-1].replace(record["wall"].encode(), b"", 1))
         if self._path is not None:
-            line = to_line(record)
             self._lines.append(line)
             self._size += len(line)
             if self._size > IN_MEMORY:
