@@ -35,11 +35,13 @@ def run_local(options: argparse.Namespace) -> int:
         with files.writing_refusals():
             with _terminable():
                 scenario = _load(options)
-                limit = use_file_settings(options, scenario).limit
+                found = use_file_settings(options, scenario)
+                if found.overrides and options.file != STDIN:  # a cached plan cannot have other values
+                    scenario = _load(options)
                 files.check_inputs(inputs_of(options, scenario))
             # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
             with files.open(), asyncio.Runner(loop_factory=_loop_factory(options)) as runner:
-                return runner.run(_Exec(options, scenario, files, limit).main())
+                return runner.run(_Exec(options, scenario, files, found.limit).main())
     except _Terminated:
         return Exit.CANCELLED
 

@@ -114,6 +114,7 @@ def use_file_settings(options: argparse.Namespace, scenario: Runnable, *, repeat
         world=options.world,
         repeats=repeats,
     )
+    options.set = [*(f"{path}={value}" for path, value in found.overrides.items()), *options.set]
     options.sim, options.world, options.seed = found.simulator, found.world, found.seed
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)

@@ -35,6 +35,7 @@ MAX_VARIANTS = 1000  # of one scenario
 
 _DIRECTIVE = re.compile(r"[ \t]*#[ \t]*(seoro|pytest)[ \t]*:[ \t]*(.*?)[ \t]*")
 _AXIS = re.compile(r"\s*([\w.]+)\s*=\s*\[")
+_PATH = re.compile(r"[\w.]+")
 _BRACKETS = {"(": ")", "[": "]"}
 
 
@@ -68,6 +69,7 @@ class Directives(Value):
     Args:
         expect: Expected status: `passed`, `failed`, `error`, or `invalid` if it cannot be run.
         reason: Expected part of the reason; may be empty.
+        overrides: Values of parameters: pairs of a path and an expression.
         axes: Parameters that tests vary, in all combinations.
         files: Parameter files; one test each.
         seeds: Seeds; one test each. Runners of a single run use the first.
@@ -79,6 +81,7 @@ class Directives(Value):
 
     expect: str = "passed"
     reason: str = ""
+    overrides: tuple[tuple[str, str], ...] = ()
     axes: tuple[Axis, ...] = ()
     files: tuple[Path, ...] = ()
     seeds: tuple[int, ...] = ()
@@ -195,6 +198,7 @@ def _parametrize(before: Directives, text: str, span: Span) -> Directives:
         axes.append(Axis(found[1], tuple(values)))
         rest = rest[end:].strip()
     names = [axis.name for axis in (*before.axes, *axes)]
+    names += [path for path, _ in before.overrides]
     again = next((name for name in names if names.count(name) > 1), None)
     if again is not None or not axes:
         raise UsageError(f"duplicate parameter `{again}`" if again else "missing parameter", span)
@@ -250,6 +254,15 @@ def _seed(before: Directives, text: str, span: Span) -> Directives:
     return replace(before, seeds=tuple(int(part) for part in parts))
 
 
+def _set(before: Directives, text: str, span: Span) -> Directives:
+    path, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not value or _PATH.fullmatch(path) is None:
+        raise UsageError(f"invalid `set {text}`: expected PATH=VALUE", span, "for example `set goal.x=3m`")
+    if path in (name for name, _ in before.overrides) or path in (axis.name for axis in before.axes):
+        raise UsageError(f"duplicate parameter `{path}`", span)
+    return replace(before, overrides=(*before.overrides, (path, value)))
+
+
 def _simulators(before: Directives, text: str, span: Span) -> Directives:
     from seoro.bridges import launch  # noqa: PLC0415 - Zenoh, for files that name simulators only
 
@@ -295,6 +308,7 @@ _READERS: Mapping[str, Callable[[Directives, str, Span], Directives]] = {
     "parametrize": _parametrize,
     "params": _params,
     "seed": _seed,
+    "set": _set,
     "simulators": _simulators,
     "test": _test,
     "timeout": _timeout,

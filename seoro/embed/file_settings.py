@@ -12,6 +12,7 @@ from typing import Final
 
 from seoro.embed.directives import Directives, read_directives
 from seoro.embed.options import Options, Simulator
+from seoro.embed.parameter_files import read_parameters
 from seoro.embed.runnable import Runnable
 from seoro.embed.time_limit import WallLimit, wall_limit
 from seoro.errors import UsageError
@@ -25,6 +26,7 @@ class FileSettings(Value):
     """Settings of a run.
 
     Args:
+        overrides: Values of parameters by path, which no option replaces.
         simulator: Name of the simulator to start; None for none.
         world: Name or path of its world; None for its default.
         seed: Seed of the run; None to draw one.
@@ -33,6 +35,7 @@ class FileSettings(Value):
         notes: Notes for the user.
     """
 
+    overrides: Mapping[str, str]
     simulator: str | None
     world: str | None
     seed: int | None
@@ -64,7 +67,8 @@ def settings_of_file(
     """
     file = scenario.file
     found = read_directives(file, scenario.scenario_lines)
-    directives = found.scenarios.get(scenario.entry(options.name).line, found.common)
+    entry = scenario.entry(options.name)
+    directives = found.scenarios.get(entry.line, found.common)
     target = _target(options)
     simulator = None if options.simulator is None else options.simulator.name
     if options.simulator is not None:
@@ -82,6 +86,7 @@ def settings_of_file(
     if len(seeds) > 1 and not repeats:
         notes.append(f"this run uses seed {seeds[0]} of {_listed(seeds)}")
     return FileSettings(
+        overrides=_overrides(directives, options, entry.name),
         simulator=simulator,
         world=directives.world if world is None and loads_world else world,
         seed=options.seed if options.seed is not None else next(iter(seeds), None),
@@ -89,6 +94,20 @@ def settings_of_file(
         limit=wall_limit(options.timeout, option_names["timeout"], directives.timeout),
         notes=[f"{file.name}: {note}" for note in notes],
     )
+
+
+def _overrides(directives: Directives, options: Options, entry: str) -> Mapping[str, str]:
+    """Return the values of the directives; options replace a value, also by one of a parameter around it."""
+    if not directives.overrides:
+        return {}
+    given = [*options.overrides]
+    if options.parameters is not None:
+        given += read_parameters(options.parameters, entry)
+    return {
+        path: value
+        for path, value in directives.overrides
+        if not any(path == each or path.startswith(f"{each}.") for each in given)
+    }
 
 
 def _target(options: Options) -> str | None:
@@ -147,4 +166,5 @@ def with_file_settings(scenario: Runnable, options: Options, timeout_option: str
     found = settings_of_file(scenario, options, {"timeout": timeout_option})
     if found.simulator is not None or simulator is not None:
         simulator = replace(simulator or Simulator(), name=found.simulator, world=found.world)
-    return replace(options, simulator=simulator, seed=found.seed), found
+    overrides = {**found.overrides, **options.overrides}
+    return replace(options, overrides=overrides, simulator=simulator, seed=found.seed), found

@@ -175,6 +175,14 @@ def test_parameters_can_be_set(write: Write, capsys: pytest.CaptureFixture[str])
     assert "pause = 1.5" in out
 
 
+def test_parameters_are_set_by_the_file(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "import osc.helpers\n# seoro: set near=3\nscenario main:\n    near: int\n    do compare(near, '==', 3)\n"
+    file = write(text)
+    assert main(["exec", file, "--clock", "virtual"]) == 0
+    assert main(["exec", file, "--clock", "virtual"]) == 0, "the plan may be cached now"
+    assert main(["exec", file, "--clock", "virtual", "--set", "near=4"]) == 1
+
+
 def test_parameters_are_read_from_a_file(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     file = write(GREETING)
     Path("values.yaml").write_text('greet:\n  name: "two \\"words\\""\n  pause: 2.5\n')

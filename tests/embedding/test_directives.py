@@ -68,9 +68,23 @@ def test_directives_select_simulators_and_a_world(tmp_path: Path) -> None:
     assert read(f"# seoro: world maze\n{SCENARIO}", 2).scenarios[2].world == "maze"
 
 
+@pytest.mark.parametrize("again", ["set a=2", "parametrize a=[2]"])
+def test_a_parameter_has_one_value(again: str) -> None:
+    with pytest.raises(UsageError, match="duplicate parameter `a`"):
+        read(f"# seoro: set a=1\n# seoro: {again}\n{SCENARIO}", 3)
+
+
+def test_values_of_parameters_end_with_the_line() -> None:
+    text = f"# seoro: set speed=2mps\n\n# seoro: set goal.name=\"a = b\"\n{SCENARIO}"
+    assert read(text, 4).scenarios[4].overrides == (("speed", "2mps"), ("goal.name", '"a = b"'))
+
+
 @pytest.mark.parametrize(
     ("comment", "message"),
     [
+        ("seoro: set speed", "invalid `set speed`: expected PATH=VALUE"),
+        ("seoro: set =2", "expected PATH=VALUE"),
+        ("seoro: set a b=2", "expected PATH=VALUE"),
         ("seoro: parametrise x=[1]", "unknown directive `parametrise`"),
         ("seoro: expect success", "unknown status `success`"),
         ("seoro: parametrize speed", "invalid values of parameters"),

@@ -57,6 +57,20 @@ def test_options_go_before_directives(tmp_path: Path) -> None:
     ]
 
 
+def test_options_replace_values_of_directives_also_by_those_of_a_whole(tmp_path: Path) -> None:
+    file = tmp_path / "test.osc"
+    file.write_text(
+        "import osc.types\n# seoro: set a=1\n# seoro: set b=2\n# seoro: set at.x=3m\n"
+        "scenario main:\n    a: int\n    b: int\n    at: position_3d\n    do wait elapsed(1s)\n"
+    )
+    (tmp_path / "values.yaml").write_text("main: {b: 4}\n")
+    scenario = check_file(file).without_errors()
+    options = Options(overrides={"at": "position_3d(x: 1m)"}, parameters=tmp_path / "values.yaml")
+    assert settings_of_file(scenario, options, NAMES).overrides == {"a": "1"}
+    found, _ = with_file_settings(scenario, Options(overrides={"b": "5"}), "timeout=SECONDS")
+    assert found.overrides == {"a": "1", "b": "5", "at.x": "3m"}
+
+
 @pytest.mark.parametrize(
     ("target", "options"),
     [

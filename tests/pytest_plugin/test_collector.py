@@ -69,6 +69,11 @@ def test_parameters_seeds_and_files_make_tests(project: Project) -> None:
     pytester.runpytest_inprocess("-q", ".").assert_outcomes(passed=6)
 
 
+def test_a_test_has_the_values_of_its_file(project: Project) -> None:
+    text = 'import osc.helpers\n# seoro: set near=3\nscenario main:\n    near: int\n    do compare(near, "==", 3)\n'
+    project(a=text).runpytest_inprocess("-q", ".").assert_outcomes(passed=1)
+
+
 def test_each_simulator_makes_a_test_unless_pytest_is_given_one(project: Project) -> None:
     pytester = project(a=f"# seoro: simulators mujoco, pybullet\n# seoro: seed 1\n{ONE}")
     assert collected(pytester, ".") == ["a.osc::one[mujoco-seed:1]", "a.osc::one[pybullet-seed:1]"]
