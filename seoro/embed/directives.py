@@ -115,7 +115,7 @@ def read_directives(file: SourceFile, scenario_lines: frozenset[int]) -> FileDir
     """
     common = Directives()
     scenarios: dict[int, Directives] = {}
-    for number, span, kind, text in _comments(file):
+    for number, span, kind, text in directive_comments(file):
         below = _line_below(file, number)
         if below in scenario_lines:
             scenarios[below] = _read(scenarios.get(below, common), span, kind, text)
@@ -136,7 +136,8 @@ def top_scenarios(checked: Checked) -> list[TypeSymbol]:
     return sorted((symbol for symbol in own if symbol.actor is None), key=lambda symbol: symbol.span.start)
 
 
-def _comments(file: SourceFile) -> Iterator[tuple[int, Span, str, str]]:
+def directive_comments(file: SourceFile) -> Iterator[tuple[int, Span, str, str]]:
+    """Yield the line (from 1), place, kind (`seoro` or `pytest`) and text of each directive of a file."""
     for number in range(1, file.line_count + 1):
         line = file.line(number)
         if found := _DIRECTIVE.fullmatch(line):

@@ -176,7 +176,9 @@ def test_parameters_can_be_set(write: Write, capsys: pytest.CaptureFixture[str])
 
 
 def test_parameters_are_set_by_the_file(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
-    text = "import osc.helpers\n# seoro: set near=3\nscenario main:\n    near: int\n    do compare(near, '==', 3)\n"
+    text = (
+        "import osc.helpers\n# seoro: set near=3\nscenario main:\n    near: int\n    do compare(near, '==', 3)\n"
+    )
     file = write(text)
     assert main(["exec", file, "--clock", "virtual"]) == 0
     assert main(["exec", file, "--clock", "virtual"]) == 0, "the plan may be cached now"

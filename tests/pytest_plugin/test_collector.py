@@ -70,7 +70,9 @@ def test_parameters_seeds_and_files_make_tests(project: Project) -> None:
 
 
 def test_a_test_has_the_values_of_its_file(project: Project) -> None:
-    text = 'import osc.helpers\n# seoro: set near=3\nscenario main:\n    near: int\n    do compare(near, "==", 3)\n'
+    text = (
+        'import osc.helpers\n# seoro: set near=3\nscenario main:\n    near: int\n    do compare(near, "==", 3)\n'
+    )
     project(a=text).runpytest_inprocess("-q", ".").assert_outcomes(passed=1)
 
 
