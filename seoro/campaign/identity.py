@@ -24,7 +24,7 @@ def digest_of(manifest: Manifest, simulator: str, version: str) -> str:
         simulator: Name and version of the simulator; empty without one.
         version: Version of seoro.
     """
-    options = manifest.options.model_dump(mode="json", exclude={"seed"})
+    options = manifest.options.model_dump(mode="json", exclude={"seed", "film"})
     shared = {
         "files": {file.path: file.hash for file in manifest.files},
         "entry": manifest.entry,

@@ -31,12 +31,15 @@ from seoro.campaign.store.folder import (
 )
 from seoro.campaign.strategies.choice import make_strategy, text_of
 from seoro.campaign.strategies.contract import Sampling, Strategy
+from seoro.embed.option_checks import check_options
 from seoro.embed.options import Options
 from seoro.embed.parameter_files import read_parameters
 from seoro.embed.scenarios import Scenario, load
 from seoro.embed.time_limit import PROGRAM_LIMIT, WallLimit
+from seoro.embed.video import VideoOptions
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
+from seoro.lab.selectors import split_selectors
 from seoro.lang.frontend import lower
 from seoro.lang.frozen import Value
 
@@ -56,6 +59,9 @@ class Asked(Value):
         limit: Limit of the wall time of a run.
         until: Stopping rules, see `seoro.campaign.stopping.grammar`.
         budget: Wall time of a session, after which no run begins [s].
+        seeds: Seeds of the repeats of each point, which all points share; empty for consecutive ones.
+        film: Video of each run; it is kept with the run.
+        parquet: Whether to write trajectories of kept runs as Parquet, too.
     """
 
     strategy: Strategy
@@ -67,6 +73,9 @@ class Asked(Value):
     limit: WallLimit = PROGRAM_LIMIT
     until: tuple[str, ...] = ()
     budget: float | None = None
+    seeds: tuple[int, ...] = ()
+    film: VideoOptions | None = None
+    parquet: bool = False
 
 
 def space_of(scenario: Scenario, options: Options) -> Space:
@@ -75,11 +84,13 @@ def space_of(scenario: Scenario, options: Options) -> Space:
     Raises:
         InvalidScenario, UsageError: The scenario is unknown, or an option is invalid.
     """
+    check_options(options)
     entry = scenario.entry(options.name).name
-    given = dict(options.overrides)
+    overrides, _ = split_selectors(options.overrides)  # robots do not vary
+    given = overrides
     if options.parameters is not None:
         given = {**read_parameters(options.parameters, entry), **given}
-    plan = lower(scenario.checked, options.name, options.overrides)
+    plan = lower(scenario.checked, options.name, overrides)
     axes = find_axes(plan, given)
     return Space(axes, find_defaults(plan, axes), Feasibility(scenario, options.name, given))
 
@@ -109,7 +120,7 @@ def new_campaign(
     asked.strategy.batches(space, asked.seed)  # refuses axes that it cannot use
     is_sample = not space.axes or (asked.strategy.sampling is Sampling.INDEPENDENT and asked.repeat == 1)
     _check_rules(asked, is_sample)
-    manifest = pack(scenario, options, asked.limit).manifest
+    manifest = pack(scenario, options, asked.limit, film=asked.film).manifest
     simulator = manifest.options.simulator
     named = "" if simulator is None else simulator.name or simulator.endpoint or ""
     campaign = CampaignFile(
@@ -125,6 +136,8 @@ def new_campaign(
         version=__version__,
         until=asked.until,
         budget=asked.budget,
+        seeds=asked.seeds,
+        parquet=asked.parquet,
         is_sample=is_sample,
     )
     return create_folder(folder, campaign, overwrite=overwrite)

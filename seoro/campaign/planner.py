@@ -139,7 +139,7 @@ class Planner:
                 number=first + repeat,
                 variant=self._variants,
                 repeat=repeat + 1,
-                seed=seed + repeat,
+                seed=campaign.seeds[repeat] if campaign.seeds else seed + repeat,
                 values=point.values,
                 strategy=why,
                 parent=point.parent,

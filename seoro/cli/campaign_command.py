@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import secrets
 import signal
 import sys
 from pathlib import Path
@@ -12,22 +11,24 @@ import anyio
 
 from seoro.bundle.unpack import read_options
 from seoro.campaign.coordinator import Coordinator
-from seoro.campaign.opening import Asked, new_campaign, open_campaign, reopen, space_of
+from seoro.campaign.opening import new_campaign, open_campaign, reopen, space_of
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFolder, read_rows
 from seoro.cli.arguments import add_command, add_option
-from seoro.cli.campaign_progress import Progress, print_status
+from seoro.cli.campaign_listing import add_listing, list_variants
+from seoro.cli.campaign_progress import Progress, print_status, seeds_text
+from seoro.cli.campaign_request import add_kept_files, asked_of
 from seoro.cli.campaign_results import print_files, write_results
 from seoro.cli.campaign_stopping import add_stopping, status_of_test, watch_of
-from seoro.cli.campaign_strategies import add_strategies, chosen_strategy
+from seoro.cli.campaign_strategies import add_strategies
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.jobs import simultaneous_runs
-from seoro.cli.run_arguments import add_run_arguments, settings_of, use_file_settings
+from seoro.cli.run_arguments import add_run_arguments, settings_of
 from seoro.concurrency.background import background
-from seoro.embed import SEED_BITS, load
+from seoro.embed import load
 
 EXAMPLES = """examples:
   seoro campaign run noise.osc --sim mujoco --rate max -o out/
@@ -72,6 +73,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "what runs share: a warm worker, or for each run a process of its own (default: worker)",
         choices=("worker", "run"),
     )
+    add_kept_files(run_it)
+    add_listing(run_it)
     resume = add_command(commands, "resume", "continue a campaign that was interrupted, or extend it")
     resume.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     add_option(resume, "--runs N", "new number of runs")
@@ -97,22 +100,12 @@ def run(options: argparse.Namespace) -> int:
 
 async def _run(options: argparse.Namespace) -> int:
     scenario = load(options.file)
-    found = use_file_settings(options, scenario, repeats=True)
-    if options.seed is None:
-        options.seed = secrets.randbits(SEED_BITS)
-    asked = Asked(
-        strategy=chosen_strategy(options),
-        seed=options.seed,
-        runs=options.runs,
-        repeat=options.repeat,
-        keep=options.keep,
-        isolation=options.isolation or "worker",
-        limit=found.limit,
-        until=tuple(options.until),
-        budget=options.budget,
-    )
+    asked = asked_of(options, scenario)
     settings = settings_of(options)
     jobs, space = simultaneous_runs(settings, options.jobs), space_of(scenario, settings)
+    if options.list:
+        list_variants(space, asked)
+        return Exit.PASSED
     with write_errors(options.output_dir):
         folder = new_campaign(scenario, settings, space, asked, options.output_dir, overwrite=options.overwrite)
     return await _carry_out(folder, space, jobs)
@@ -133,10 +126,8 @@ async def _carry_out(folder: CampaignFolder, space: Space, jobs: int) -> int:
         watch.record(row)
     progress = Progress(tally, folder.campaign, watch)
     file = folder.campaign.manifest.shown
-    seed, repeat = folder.campaign.seed, folder.campaign.repeat
-    seeds = f"seed {seed}" if repeat == 1 else f"seeds {seed} to {seed + repeat - 1}"
     varying = count(len(space.axes), "parameter")
-    print(f"{file}: {folder.campaign.strategy.name} over {varying}, {seeds}", flush=True)
+    print(f"{file}: {folder.campaign.strategy.name} over {varying}, {seeds_text(folder.campaign)}", flush=True)
     try:
         with progress.showing() as show:
             async with (

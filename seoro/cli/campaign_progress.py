@@ -121,6 +121,14 @@ class Progress:
         self._watch.record(row)
 
 
+def seeds_text(campaign: CampaignFile) -> str:
+    """Describe the seeds of the first point."""
+    if campaign.seeds:
+        return f"seeds {', '.join(map(str, campaign.seeds))}"
+    last = campaign.seed + campaign.repeat - 1
+    return f"seed {campaign.seed}" if campaign.repeat == 1 else f"seeds {campaign.seed} to {last}"
+
+
 def print_status(folder: Path) -> None:
     """Print how far a campaign is."""
     campaign, tally = read_campaign(folder), Tally()

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from seoro.campaign.report.page import write_report
 from seoro.campaign.results.junit import write_junit
-from seoro.campaign.results.parquet import is_parquet_installed, write_parquet
+from seoro.campaign.results.parquet import write_parquet
 from seoro.campaign.results.rows import final_rows
 from seoro.campaign.results.table import write_table
 from seoro.campaign.store.folder import read_campaign
+from seoro.embed.parquet import is_parquet_installed
 
 
 def write_results(folder: Path) -> list[Path]:

@@ -14,7 +14,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 from seoro.cli.arguments import add_option
 from seoro.cli.files import shown_name, write_errors
-from seoro.cli.parquet import add_parquet_argument, check_parquet, is_table, to_parquet
+from seoro.cli.parquet import add_parquet_argument, check_parquet
+from seoro.embed.parquet import is_parquet_installed, is_table, to_parquet
 from seoro.errors import BackendError, InvalidScenario, SeoroError, UsageError
 from seoro.files.inputs import resolved
 from seoro.runtime.execution.outputs import RESULT_NAMES
@@ -171,7 +172,7 @@ class ResultFiles:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
                 written.append((path, artifact.description))
-                if is_table(self._options, path.name):
+                if self._options.parquet and is_table(path.name) and is_parquet_installed():
                     table = path.with_suffix(".parquet")
                     _write(table, to_parquet(artifact.data))
                     written.append((table, f"{artifact.description}, as Parquet"))

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
@@ -83,6 +84,8 @@ def test_each_possible_combination_is_run_once(write: Write, capsys: pytest.Capt
     assert sorted(path.name for path in Path("out/kept").iterdir()) == [Path(rows[2]["folder"]).name]
     cases = Xml.parse("out/test.xml").getroot().findall(".//testcase")
     assert [case.find("failure") is not None for case in cases] == [False, False, True]
+    properties = {each.get("name"): each.get("value") for each in cases[2].iter("property")}
+    assert properties["parameter.noise"] == "0.2"
 
 
 def test_the_same_runs_result_from_other_workers(write: Write) -> None:
@@ -124,6 +127,19 @@ def test_a_campaign_on_one_robot_is_continued_without_simultaneous_runs(
     file.write_text(json.dumps(asked))
     assert main(["campaign", "resume", "out", "-j", "2"]) == 2
     assert "runs on one robot are sequential" in capsys.readouterr().err
+
+
+def test_another_campaign_is_replaced_on_request_only(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["campaign", "run", write("0s"), "--set", "noise=0.0", *VIRTUAL]
+    assert main(command) == 0
+    assert main(command) == 2
+    assert "contains another campaign" in capsys.readouterr().err
+    stale = Path("out/kept/stale")
+    stale.mkdir()
+    assert main([*command, "--overwrite", "--clock", "sim"]) == 2
+    assert stale.exists(), "invalid options remove nothing"
+    assert main([*command, "--overwrite"]) == 0
+    assert not stale.exists() and len(table()) == 2
 
 
 def test_a_changed_scenario_is_not_continued(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
@@ -193,6 +209,16 @@ def start(*arguments: str, **more: Any) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more)
 
 
+def processes_of(folder: str) -> list[str]:
+    """Return the processes whose command line names a folder."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        with suppress(OSError):
+            if entry.name.isdecimal() and folder.encode() in (entry / "cmdline").read_bytes().split(b"\0"):
+                found.append(entry.name)
+    return found
+
+
 def rows_so_far() -> int:
     """Return the number of rows in all shards."""
     return sum(path.read_bytes().count(b"\n") for path in Path("out/runs").glob("*.jsonl"))
@@ -201,11 +227,15 @@ def rows_so_far() -> int:
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_nothing_is_lost_when_the_campaign_is_ended(write: Write, number: signal.Signals) -> None:
     write("0s")
-    process = start("run", "main.osc", "--strategy", "random", "--runs", "300", "--set", "noise=0.0", *VIRTUAL)
+    folder = str(Path("out").absolute())
+    there = ["--strategy", "random", "--runs", "300", "--set", "noise=0.0", *VIRTUAL, "-o", folder]
+    process = start("run", "main.osc", *there)
     try:
         wait_until(lambda: rows_so_far() > 20, 60.0)
+        assert processes_of(folder)
         process.send_signal(number)
         assert process.wait(60) == (130 if number == signal.SIGINT else -signal.SIGKILL)
+        assert wait_until(lambda: not processes_of(folder), 20.0)
     finally:
         process.kill()
         process.wait()

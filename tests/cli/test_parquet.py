@@ -38,7 +38,7 @@ def test_tables_are_also_written_as_parquet() -> None:
 def test_without_pyarrow_a_note_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("seoro.cli.parquet.find_spec", lambda name: None)
+    monkeypatch.setattr("seoro.embed.parquet.find_spec", lambda name: None)
     assert main(["exec", "wait.osc", "--clock", "virtual", "-o", "out", "--parquet"]) == 0
     assert capsys.readouterr().err.count("pip install 'seoro[parquet]'") == 1
 

@@ -64,13 +64,13 @@ def test_a_failed_recording_leaves_no_file(tmp_path: Path, capsys: pytest.Captur
 
 
 @pytest.mark.slow
-def test_a_sweep_records_a_video_of_each_run(tmp_path: Path) -> None:
+def test_a_campaign_keeps_a_video_of_each_run(tmp_path: Path) -> None:
     varied = tmp_path / "varied.osc"
     varied.write_text(
         "import osc.types\nscenario varied:\n    pause: time\n    keep(pause in [0.5s, 1s])\n"
         "    do serial:\n        wait elapsed(pause)\n"
     )
-    folder = tmp_path / "sweep"
-    arguments = ("sweep", str(varied), *SMALL, "--rate", "max", "-j", "1", "-o", str(folder), "--record-video")
-    assert main(list(arguments)) == 0
+    folder = tmp_path / "out"
+    arguments = ("campaign", "run", str(varied), *SMALL, "--rate", "max", "-j", "1", "-o", str(folder))
+    assert main([*arguments, "--record-video", "--keep", "all"]) == 0
     assert sorted(map(length, folder.rglob("video.mp4"))) == [0.5, 1.0]

@@ -128,16 +128,17 @@ def test_failed_saves_and_restores_report_their_reason(
 
 
 @pytest.mark.slow
-def test_a_sweep_starts_each_run_from_the_snapshot(
+def test_a_campaign_starts_each_run_from_the_snapshot(
     saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "rest.osc").write_text(REST.replace("1.5m, y", "x, y").replace("    do", AXIS + "    do"))
     options = ["--rate", "max", "--seed", "7", "-o", str(tmp_path / "results")]
     snapshot = saved / "out" / "on_the_way.snapshot"
-    assert main(["sweep", str(tmp_path / "rest.osc"), "--from-snapshot", str(snapshot), *options]) == 0
-    rows = (tmp_path / "results" / "results.csv").read_text().splitlines()
+    rest = ["campaign", "run", str(tmp_path / "rest.osc")]
+    assert main([*rest, "--from-snapshot", str(snapshot), *options]) == 0
+    rows = (tmp_path / "results" / "runs.csv").read_text().splitlines()
     assert len(rows) == 3
-    assert main(["sweep", str(tmp_path / "rest.osc"), "--from-snapshot", str(saved / "save.osc"), *options]) == 2
+    assert main([*rest, "--from-snapshot", str(saved / "save.osc"), *options]) == 2
     assert "invalid snapshot" in capsys.readouterr().err
 
 

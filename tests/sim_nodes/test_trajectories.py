@@ -107,7 +107,7 @@ def test_a_full_table_drops_every_second_sample() -> None:
 def test_tables_are_equal_as_parquet() -> None:
     from pyarrow import parquet
 
-    from seoro.cli.parquet import to_parquet
+    from seoro.embed.parquet import to_parquet
 
     client = Client("empty")
     client.spawn("box", pose(1.0, 0.5, z=0.1))

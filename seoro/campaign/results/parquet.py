@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -11,11 +10,6 @@ _TEXTS: Final = (
     "id", "status", "reason", "reason_key", "where", "strategy", "host", "worker", "started", "version", "folder",
     "trace_sha",
 )  # fmt: skip
-
-
-def is_parquet_installed() -> bool:
-    """Return whether Parquet can be written."""
-    return find_spec("pyarrow") is not None
 
 
 def write_parquet(table: Path) -> Path:

@@ -65,6 +65,8 @@ class CampaignFile(BaseModel):
         version: Version of seoro.
         until: Stopping rules, the first of which ends the campaign.
         budget: Wall time of a session [s]; None without a limit.
+        seeds: Seeds of the repeats of each point, instead of consecutive ones; empty for those.
+        parquet: Whether trajectories of kept runs are also written as Parquet.
         is_sample: Whether the runs are a sample, so that their pass rate estimates a probability.
         is_extended: Whether the number of runs was changed after the start.
     """
@@ -83,6 +85,8 @@ class CampaignFile(BaseModel):
     version: str
     until: tuple[str, ...] = ()
     budget: float | None = None
+    seeds: tuple[int, ...] = ()
+    parquet: bool = False
     is_sample: bool = False
     is_extended: bool = False
 

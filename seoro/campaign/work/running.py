@@ -20,6 +20,7 @@ from seoro.campaign.store.folder import KEPT, shard
 from seoro.campaign.store.lines import Appender
 from seoro.campaign.work.job import Job
 from seoro.campaign.work.measurements import of_robots, reason_key, values_of
+from seoro.campaign.work.outputs import recording, save_artifacts
 from seoro.campaign.work.watching import Watching
 from seoro.embed.options import Options
 from seoro.embed.preparation import prepare
@@ -117,14 +118,19 @@ class Worker:
         return keep == "all" or end is not End.PASSED
 
     async def _watched(self, planned: Planned, watching: Watching, folder: Path) -> dict[str, Any]:
-        options = self._options(planned, watching, folder)
+        options, campaign = self._options(planned, watching, folder), self._job.campaign
         try:
             async with prepare(self._job.scenario, options) as run:
                 self._run = run
                 if self._is_stopped:
                     return {"status": End.CANCELLED}
-                async with run.running(self._job.limit):
+                film = recording(run, campaign.manifest.options.film, folder)
+                async with film as recorded, run.running(self._job.limit):
                     verdict = await run.result()
+                if recorded is not None:
+                    verdict = recorded.checked(verdict)
+                if self._is_kept(End.of(verdict.status)):
+                    await save_artifacts(run, folder, parquet=campaign.parquet)
                 measured = {**dict(await self._measured(run)), **watching.samples}
         except UsageError as error:
             if error.code == CONFLICT:
