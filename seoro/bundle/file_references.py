@@ -48,7 +48,8 @@ def referenced_files(scenario: Scenario, options: Options, folder: Path) -> Iter
     if not any(mark.files or mark.uris for mark in marks.values()):
         return
     overrides, _ = split_selectors(options.overrides)
-    for invocation in lower(scenario.checked, options.name, overrides).action_invocations():
+    plan = lower(scenario.checked, options.name, overrides, options.constraints)
+    for invocation in plan.action_invocations():
         mark = marks.get(invocation.action)
         if mark is not None:
             yield from _named_by(invocation, mark, folder)

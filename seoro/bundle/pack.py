@@ -270,6 +270,7 @@ def _bundled(
         seed=options.seed,
         overrides=dict(options.overrides),
         parameters=None if options.parameters is None else packer.place(options.parameters),
+        constraints=tuple(options.constraints),
         clock=options.clock,
         simulator=None if options.simulator is None else _simulator(options.simulator, packer),
         ros=None if options.ros is None else _ros(options.ros, packer),

@@ -121,6 +121,7 @@ def read_options(manifest: wire.Manifest, folder: Path, locate: Locate = unchang
         seed=given.seed,
         overrides=given.overrides,
         parameters=None if given.parameters is None else folder / given.parameters,
+        constraints=given.constraints,
         clock=_clock(given.clock),
         simulator=None if given.simulator is None else _simulator(given.simulator, folder),
         ros=None if given.ros is None else _ros(given.ros, folder),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Final
@@ -78,21 +78,26 @@ class Asked(Value):
     parquet: bool = False
 
 
-def space_of(scenario: Scenario, options: Options) -> Space:
+def space_of(scenario: Scenario, options: Options, varied: Sequence[str] = ()) -> Space:
     """Find what varies in a scenario, apart from parameters that the options set.
+
+    Args:
+        scenario: Result of `load`.
+        options: Options that all runs share.
+        varied: Constraints among them that must make a parameter vary.
 
     Raises:
         InvalidScenario, UsageError: The scenario is unknown, or an option is invalid.
     """
     check_options(options)
     entry = scenario.entry(options.name).name
-    overrides, _ = split_selectors(options.overrides)  # robots do not vary
-    given = overrides
+    given, _ = split_selectors(options.overrides)  # robots do not vary
     if options.parameters is not None:
         given = {**read_parameters(options.parameters, entry), **given}
-    plan = lower(scenario.checked, options.name, overrides)
-    axes = find_axes(plan, given)
-    return Space(axes, find_defaults(plan, axes), Feasibility(scenario, options.name, given))
+    plan = lower(scenario.checked, options.name, given, options.constraints)
+    axes = find_axes(plan, given, varied)
+    feasibility = Feasibility(scenario, options.name, given, options.constraints)
+    return Space(axes, find_defaults(plan, axes), feasibility)
 
 
 def new_campaign(
@@ -116,6 +121,11 @@ def new_campaign(
         raise UsageError(
             f"no parameter varies in `{scenario.entry(options.name).name}`",
             help="list values in the scenario, `keep(noise in [0.0, 0.1])`, or repeat it with `--repeat 10`",
+        )
+    if asked.strategy.is_endless and asked.runs is None and not asked.until and asked.budget is None:
+        raise UsageError(
+            f"the strategy `{asked.strategy.name}` has no last run",
+            help="add `--runs 200`, `--until 'first failure'` or `--budget 1h`",
         )
     asked.strategy.batches(space, asked.seed)  # refuses axes that it cannot use
     is_sample = not space.axes or (asked.strategy.sampling is Sampling.INDEPENDENT and asked.repeat == 1)

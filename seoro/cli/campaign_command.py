@@ -56,6 +56,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         run_it, "-o --output-dir DIR", "folder of the campaign (default: campaign)", default=Path("campaign")
     )
     add_option(run_it, "--overwrite", "replace another campaign in the folder")
+    add_option(
+        run_it,
+        "--vary EXPRESSION",
+        "vary a parameter over values: 'pace in [1mps, 2mps]', or within bounds: 'pace in [1mps..2mps]'",
+        repeatable=True,
+    )
     add_strategies(run_it)
     add_option(run_it, "--runs N", "number of runs (default: all of the strategy)")
     add_stopping(run_it)
@@ -101,8 +107,9 @@ def run(options: argparse.Namespace) -> int:
 async def _run(options: argparse.Namespace) -> int:
     scenario = load(options.file)
     asked = asked_of(options, scenario)
+    options.constrain += options.vary
     settings = settings_of(options)
-    jobs, space = simultaneous_runs(settings, options.jobs), space_of(scenario, settings)
+    jobs, space = simultaneous_runs(settings, options.jobs), space_of(scenario, settings, options.vary)
     if options.list:
         list_variants(space, asked)
         return Exit.PASSED

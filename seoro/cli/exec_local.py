@@ -79,7 +79,8 @@ def _terminable() -> Iterator[None]:
 
 def _load(options: argparse.Namespace) -> Runnable:
     path = Path(options.file)
-    if options.file != STDIN and not options.set and options.params is None:
+    is_plain = not (options.set or options.constrain) and options.params is None
+    if options.file != STDIN and is_plain:
         return load_cached(path, options.scenario)
     from seoro.embed.scenarios import check_file, load  # noqa: PLC0415 - parser and checks, not needed for cached plans
     from seoro.lang.loader import read_file  # noqa: PLC0415 - the same

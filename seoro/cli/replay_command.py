@@ -39,4 +39,5 @@ def run(options: argparse.Namespace) -> int:
     options.seed = recorded["seed"] if options.seed is None else options.seed
     options.clock = options.clock or recorded["clock"]
     options.set = [*(f"{path}={value}" for path, value in recorded["overrides"].items()), *options.set]
+    options.constrain = [*recorded["constraints"], *options.constrain]
     return run_local(options)

@@ -34,6 +34,12 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         "--params FILE",
         "YAML file with parameters: a mapping under the name of the scenario, numbers in SI base units",
     )
+    add_option(
+        parser,
+        "--constrain EXPRESSION",
+        "constrain parameters by a boolean expression, such as 'pace in [1mps..2mps]'",
+        repeatable=True,
+    )
     add_option(parser, "--seed N", "random seed (default: random)", type=seed)
     add_option(
         parser,
@@ -144,6 +150,7 @@ def settings_of(options: argparse.Namespace, **more: Unpack[OptionFields]) -> Op
             "seed": options.seed,
             "overrides": overrides_of(options.set),
             "parameters": options.params,
+            "constraints": options.constrain,
             "clock": options.clock,
             "simulator": simulator_of(options),
             "ros": ros_of(options),

@@ -90,6 +90,7 @@ def recorded_options(records: Sequence[Mapping[str, Any]]) -> OptionFields:
         "name": first["scenario"],
         "seed": first.get("seed"),
         "overrides": first["overrides"],
+        "constraints": first["constraints"],
         "clock": first.get("clock"),
         "external": first.get("external", ()),
         "replay": records,
@@ -136,7 +137,7 @@ def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptan
     from seoro.runtime.accept import check_trace  # noqa: PLC0415 - slow to load, not needed for runs
 
     first = _run_start(records)
-    plan = scenario.plan(first["scenario"], first["overrides"])
+    plan = scenario.plan(first["scenario"], first["overrides"], first["constraints"])
     return check_trace(plan, records)
 
 
@@ -147,7 +148,9 @@ def _run_start(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         UsageError: The record is missing or invalid.
     """
     first: Mapping[str, Any] = next((each for each in records if each.get("kind") == "run.start"), {})
-    name, overrides = first.get("scenario"), first.get("overrides", {})
-    if not isinstance(name, str) or not isinstance(overrides, dict):
+    name, overrides, constraints = (first.get(key) for key in ("scenario", "overrides", "constraints"))
+    overrides, constraints = overrides or {}, constraints or []
+    if not isinstance(name, str) or not isinstance(overrides, dict) or not isinstance(constraints, list):
         raise UsageError("invalid trace: expected `run.start` with `scenario` and `overrides`")
-    return {**first, "overrides": {str(path): str(value) for path, value in overrides.items()}}
+    texts = {str(path): str(value) for path, value in overrides.items()}
+    return {**first, "overrides": texts, "constraints": [str(each) for each in constraints]}

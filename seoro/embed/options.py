@@ -187,6 +187,7 @@ class Options(Value):
         seed: Random seed; None for a random one.
         overrides: Values of parameters, by path, as expressions of the language: `{"robot.goal.x": "3m"}`.
         parameters: Parameter file (see `seoro.embed.parameter_files`); `overrides` take precedence.
+        constraints: Constraints on parameters, as boolean expressions of the language: `robot.goal.x in [1m..2m]`.
         clock: Name of the clock; by default `real`, or `sim` with a simulator.
         simulator: Simulator to start or to connect to.
         ros: ROS 2 system to connect to.
@@ -211,6 +212,7 @@ class Options(Value):
     seed: int | None = None
     overrides: Mapping[str, str] = field(default_factory=dict)
     parameters: Path | None = None
+    constraints: Sequence[str] = ()
     clock: ClockName | None = None
     simulator: Simulator | None = None
     ros: Ros | None = None
@@ -235,6 +237,7 @@ class OptionFields(TypedDict, total=False):
     seed: int | None
     overrides: Mapping[str, object]
     parameters: AnyPath | None
+    constraints: Sequence[str]
     clock: ClockName | None
     simulator: Simulator | None
     ros: Ros | None
@@ -286,6 +289,7 @@ _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "seed": to_whole,
     "overrides": to_overrides,
     "parameters": to_path,
+    "constraints": to_texts,
     "clock": to_text,
     "simulator": _instance(Simulator, 'seoro.Simulator(name="mujoco")'),
     "ros": _instance(Ros, 'seoro.Ros("tcp/192.168.0.7:7447")'),

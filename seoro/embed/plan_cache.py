@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache, partial
@@ -114,9 +114,9 @@ class _Cached(Frozen):
         """Return the entry; `name` is that of the cached plan."""
         return self.found
 
-    def plan(self, name: str | None, overrides: Mapping[str, str]) -> Plan:
-        """Return the cached plan, which is that of `name` without overrides."""
-        assert not overrides, "plans with overrides are not cached"
+    def plan(self, name: str | None, overrides: Mapping[str, str], constraints: Sequence[str] = ()) -> Plan:
+        """Return the cached plan, which is that of `name` without overrides and constraints."""
+        assert not overrides and not constraints, "plans with these are not cached"
         return self.made
 
 

@@ -38,7 +38,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
     if selectors and options.lab is None:
         selector = next(iter(selectors))
         raise UsageError(f"the actor `{selector}` needs a robot of a lab", help="add `--lab FILE.yaml`")
-    plan = scenario.plan(options.name, overrides)
+    plan = scenario.plan(options.name, overrides, options.constraints)
     if options.vet is not None:
         options.vet(plan)
     seed = SystemRandom().getrandbits(SEED_BITS) if options.seed is None else options.seed
@@ -61,6 +61,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             output_directory=options.output_directory,
             locate=options.locate,
             overrides=overrides,
+            constraints=options.constraints,
             grace=options.grace,
             version=__version__,
             external=options.external,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from seoro.bindings.bound_functions import BoundFunctions
@@ -49,12 +49,13 @@ class Runnable(Protocol):
             InvalidScenario: The name is unknown or ambiguous.
         """
 
-    def plan(self, name: str | None, overrides: Mapping[str, str]) -> Plan:
+    def plan(self, name: str | None, overrides: Mapping[str, str], constraints: Sequence[str] = ()) -> Plan:
         """Make the plan of a scenario.
 
         Args:
             name: Name of the scenario; None for the entry of the file.
             overrides: Expressions for parameters, by their paths.
+            constraints: Further constraints on parameters, as boolean expressions.
 
         Raises:
             InvalidScenario: The scenario is unknown, or a parameter has no value.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -30,7 +30,7 @@ class Scenario(Value):
     Args:
         checked: The file with all its imports.
         functions: Functions that implement actions and modifiers.
-        on_plan: Called with the scenario, and the name and the plan of each plan without overrides, if any.
+        on_plan: Called with the scenario, and the name and the plan of each plan without changes, if any.
     """
 
     checked: Checked
@@ -71,10 +71,10 @@ class Scenario(Value):
         symbol = find_entry(self.checked, name)
         return Entry(symbol.qualified_name, symbol.span.line)
 
-    def plan(self, name: str | None, overrides: Mapping[str, str]) -> Plan:
+    def plan(self, name: str | None, overrides: Mapping[str, str], constraints: Sequence[str] = ()) -> Plan:
         """Make the plan of a scenario, as `Runnable.plan`."""
-        plan = lower(self.checked, name, overrides)
-        if self.on_plan is not None and not overrides:
+        plan = lower(self.checked, name, overrides, constraints)
+        if self.on_plan is not None and not overrides and not constraints:
             self.on_plan(self, name, plan)
         return plan
 

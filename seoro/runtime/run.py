@@ -269,6 +269,7 @@ class Execution:
             seed=self._settings.seed,
             parameters=self.parameters,
             overrides=dict(self._settings.overrides),
+            **({"constraints": list(self._settings.constraints)} if self._settings.constraints else {}),
             clock=self._settings.clock.name,
             version=self._settings.version,
             **({"external": list(self._application.external)} if self._application is not None else {}),

@@ -28,6 +28,7 @@ class Counting(Value):
     number: int = 1_000_000_000
     name = "counting"
     is_learning = False
+    is_endless = False
     sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {}
 
@@ -42,6 +43,7 @@ class Climbing(Value):
 
     name = "climbing"
     is_learning = True
+    is_endless = False
     sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {}
 

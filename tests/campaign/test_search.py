@@ -13,7 +13,7 @@ from seoro.campaign.runs import OF_THE_MACHINE, End, Point, Row
 from seoro.campaign.space.axes import Choices
 from seoro.campaign.space.space import Space
 from seoro.campaign.strategies.contract import Told
-from seoro.campaign.strategies.objective import has_objective, objective
+from seoro.campaign.strategies.objective import Objective, objective_of
 from seoro.campaign.strategies.random import Uniform
 from seoro.campaign.strategies.search import BATCH, Search
 from seoro.campaign.strategies.sobol import Sobol
@@ -91,16 +91,29 @@ def test_a_search_avoids_what_constraints_exclude() -> None:
 
 def test_objectives() -> None:
     point = Point({})
-    assert objective("margin", Told(point, (row(margin=0.5), row(margin=0.2)))) == 0.2
-    assert objective("x", Told(point, (row(x=3), row(End.ERROR, x=1)))) == 3.0
-    assert objective("margin", Told(point, (row(margin=0.5), row(End.FAILED)))) == float("-inf")
-    assert objective("margin", Told(point, (row(End.ERROR), row(), row(margin=float("nan"))))) is None
-    assert objective("margin", Told(point, ())) is None
-    assert not has_objective("x", [Told(point, (row(End.FAILED),))])
-    assert has_objective("x", [Told(point, (row(), row(x=1.0)))])
+    margin, least = Objective("margin"), Objective("x")
+    assert margin.value(Told(point, (row(margin=0.5), row(margin=0.2)))) == 0.2
+    assert least.value(Told(point, (row(x=3), row(End.ERROR, x=1)))) == 3.0
+    assert Objective("x", is_maximized=True).value(Told(point, (row(x=3), row(x=1)))) == -3.0
+    assert margin.value(Told(point, (row(margin=0.5), row(End.FAILED)))) == float("-inf")
+    assert margin.value(Told(point, (row(End.ERROR), row(), row(margin=float("nan"))))) is None
+    assert margin.value(Told(point, ())) is None
+    assert not least.is_known([Told(point, (row(End.FAILED),))])
+    assert least.is_known([Told(point, (row(), row(x=1.0)))])
     with pytest.raises(UsageError, match="no run has a number in the column `clearanc`") as caught:
-        has_objective("clearanc", [Told(point, (row(clearance=1.0, name="x"),))])
+        Objective("clearanc").is_known([Told(point, (row(clearance=1.0, name="x"),))])
     assert "`clearance`" in str(caught.value.help)
+    with pytest.raises(UsageError, match="no run has a margin") as caught:
+        margin.is_known([Told(point, (row(clearance=1.0),))])
+    assert "clearance, duration" in str(caught.value.help)
+
+
+def test_a_search_lowers_the_margin_unless_another_column_is_named() -> None:
+    assert objective_of("", "") == Objective("margin")
+    assert objective_of("x", "") == Objective("x")
+    assert objective_of("", "x") == Objective("x", is_maximized=True)
+    with pytest.raises(UsageError, match="`--minimize` contradicts `--maximize`"):
+        Search("x", "y").batches(Space((ranged("a"),)), 1)
 
 
 def test_a_search_needs_a_parameter() -> None:

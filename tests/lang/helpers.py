@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from seoro.lang import ast, frontend
@@ -39,7 +39,11 @@ def messages(folder: Path, text: str, strict: bool = False) -> list[tuple[int, s
 
 
 def lower(
-    folder: Path, text: str, overrides: Mapping[str, str] | None = None, scenario: str | None = None
+    folder: Path,
+    text: str,
+    overrides: Mapping[str, str] | None = None,
+    scenario: str | None = None,
+    constraints: Sequence[str] = (),
 ) -> Plan:
     """Return the plan of a text."""
-    return frontend.lower(check(folder, text), scenario, overrides or {})
+    return frontend.lower(check(folder, text), scenario, overrides or {}, constraints)

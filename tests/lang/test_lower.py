@@ -401,6 +401,40 @@ def test_wrong_overrides_of_invocations_are_refused(path: str, message: str, tmp
         lower(tmp_path, INVOKING, {path: "1"}, "main")
 
 
+def test_constraints_from_outside_come_last(tmp_path: Path) -> None:
+    text = "scenario main:\n    n: int\n    m: int = 2\n    do emit end\n"
+    made = lower(tmp_path, text, {"m": "3"}, constraints=["n in [1..5]", "n < m and m > 1"])
+    assert [found.span.text for found in made.overrides] == ["m=3", "n in [1..5]", "n < m and m > 1"]
+
+
+def test_a_constraint_from_outside_may_be_about_an_invocation(tmp_path: Path) -> None:
+    constraints = ["greet[1].times in [1..3]", "last.name in ['a', 'b'] or not (last.times * 2 > 4)"]
+    made = lower(tmp_path, INVOKING, {"greet[1].name": "'x'"}, "main", constraints)
+    assert not made.overrides
+    given = [
+        [constraint.span.text for constraint in behavior.constraints]
+        for behavior in walk(made.scenarios["main"].body)
+        if isinstance(behavior, plan.InvokeScenario)
+    ]
+    assert given == [[], [constraints[1]], ["greet[1].name='x'", constraints[0]]]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("gaol.position.x > 1m", "did you mean `goal`"),
+        ("speed in [1m..2m]", "cannot be compared by `in`"),
+        ("speed", "expected `bool`"),
+        ("speed in [1mps", "`\\[` is not closed"),
+        ("other", "expected `bool`"),
+    ],
+)
+def test_wrong_constraints_from_outside_are_refused(text: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidScenario, match=message) as caught:
+        lower(tmp_path, OVERRIDDEN, constraints=[text])
+    assert caught.value.diagnostics[0].primary.span.file.text == text
+
+
 def test_a_scenario_with_errors_is_not_lowered(tmp_path: Path) -> None:
     with pytest.raises(InvalidScenario, match="E0301"):
         lower(tmp_path, "scenario main:\n    n: int = 1.5\n")

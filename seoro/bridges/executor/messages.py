@@ -140,6 +140,7 @@ class BundledOptions(ExecutorMessage):
     seed: int | None = None
     overrides: Annotated[dict[Text, Text], Field(default_factory=dict)]
     parameters: PathText | None = None
+    constraints: tuple[Text, ...] = ()
     clock: Text | None = None
     simulator: BundledSimulator | None = None
     ros: BundledRos | None = None

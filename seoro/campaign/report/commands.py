@@ -23,6 +23,8 @@ def command_of(campaign: CampaignFile, planned: Planned) -> str:
         words += ["--params", options.parameters]
     for path, value in {**options.overrides, **planned.values}.items():
         words += ["--set", f"{path}={value}"]
+    for constraint in options.constraints:
+        words += ["--constrain", constraint]
     words += ["--seed", str(planned.seed)]
     if options.clock is not None:
         words += ["--clock", options.clock]

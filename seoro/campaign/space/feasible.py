@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from seoro.embed.scenarios import Scenario
 from seoro.errors import CONFLICT, InvalidScenario, UsageError
@@ -19,11 +19,13 @@ class Feasibility(Value):
         scenario: The loaded scenario.
         name: Name of the entry scenario, or None.
         overrides: Values of parameters that all runs share.
+        constraints: Constraints from outside that all runs share.
     """
 
     scenario: Scenario
     name: str | None
     overrides: Mapping[str, str]
+    constraints: Sequence[str] = ()
 
     def __call__(self, values: Mapping[str, str]) -> bool:
         """Return whether the solver finds values for the other parameters.
@@ -37,7 +39,8 @@ class Feasibility(Value):
         from seoro.runtime.parameters.parameters import make_entry  # noqa: PLC0415 - loads most of the runtime
 
         try:
-            make_entry(lower(self.scenario.checked, self.name, {**self.overrides, **values}), _SEED)
+            overrides = {**self.overrides, **values}
+            make_entry(lower(self.scenario.checked, self.name, overrides, self.constraints), _SEED)
         except UsageError as error:
             return error.code != CONFLICT
         except InvalidScenario:

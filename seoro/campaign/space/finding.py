@@ -14,21 +14,37 @@ from seoro.campaign.space.axes import Axis, Choices, Interval
 from seoro.errors import UsageError
 from seoro.lang import plan as plan_
 from seoro.lang.lower.invocations import invoked_name, named_invocations
+from seoro.lang.lower.outside import ORIGIN
 from seoro.lang.plan import Binding, Constraint, Contains, Expression, Field, Global, ListOf, Member, Plan, RangeOf
+from seoro.lang.source import Span
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Composed
 from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.values import Fields
 
 
-def find_axes(plan: Plan, given: Collection[str]) -> tuple[Axis, ...]:
+def find_axes(plan: Plan, given: Collection[str], varied: Collection[str] = ()) -> tuple[Axis, ...]:
     """Find the axes of the entry scenario, in source order.
 
     Args:
         plan: The plan.
         given: Paths of parameters with given values.
+        varied: Constraints from outside that must make a parameter vary.
+
+    Raises:
+        UsageError: Constraints leave no value of a parameter, or one of `varied` makes none vary.
     """
-    return _Finding(plan, given).axes()
+    finding = _Finding(plan, given)
+    axes = finding.axes()
+    made = {span.file.text for span in finding.used if span.file.name == ORIGIN}
+    for text in varied:
+        if text not in made:
+            raise UsageError(
+                f"`{text}` makes no parameter vary",
+                help="write `PARAMETER in [1mps..2mps]` or `PARAMETER in [1mps, 2mps]`, with constant values, for "
+                "a parameter that is not set",
+            )
+    return axes
 
 
 class _Finding:
@@ -37,12 +53,14 @@ class _Finding:
         self._given = given
         self._found: dict[str, Axis] = {}
         self._constants = constants_of(plan)
+        self.used: list[Span] = []  # conditions that make axes
 
     def axes(self) -> tuple[Axis, ...]:
         scenario = self._plan.scenarios[self._plan.entry]
         roots = (self._plan.globals, scenario.structure)
         fields = {name: field.type for root in roots for name, field in root.fields.items()}
-        for condition in _conditions([*self._plan.globals.members, *scenario.structure.members]):
+        members = (*self._plan.globals.members, *scenario.structure.members, *self._plan.overrides)
+        for condition in _conditions(members):
             self._add(condition, path_of(condition.item, of_it=False), fields)
         for name, invocation in named_invocations(scenario.body).items():
             of_it = {key: field.type for key, field in self._invoked(invocation).fields.items()}
@@ -66,6 +84,7 @@ class _Finding:
         if axis is not None:
             before = self._found.get(axis.path)
             self._found[axis.path] = axis if before is None else _both(before, axis)
+            self.used.append(condition.span)
 
     def _type(self, path: str, fields: dict[str, plan_.ValueType]) -> plan_.ValueType | None:
         """Return the type of a parameter, by its path."""

@@ -29,6 +29,7 @@ class Boundary(Value):
     pairs: bool = False
     name = "boundary"
     is_learning = False
+    is_endless = False
     sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {"pairs": "also run any two parameters at their boundaries"}
 

@@ -51,6 +51,10 @@ class Strategy(Protocol):
         """Whether it needs the results of each batch before the next."""
 
     @property
+    def is_endless(self) -> bool:
+        """Whether it always has more points, so that a campaign needs another end."""
+
+    @property
     def sampling(self) -> Sampling:
         """Relation of its points to the whole space."""
 

@@ -29,6 +29,7 @@ class Grid(Value):
     levels: int = 0
     name = "grid"
     is_learning = False
+    is_endless = False
     sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {"levels": LEVELS}
 

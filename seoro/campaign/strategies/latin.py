@@ -29,6 +29,7 @@ class Latin(Value):
     size: int = 0
     name = "latin"
     is_learning = False
+    is_endless = True
     sampling = Sampling.SPREAD
     helps: ClassVar[Mapping[str, str]] = {"size": "number of points of a hypercube (default: of --runs)"}
 

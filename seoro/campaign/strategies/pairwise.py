@@ -28,6 +28,7 @@ class Pairwise(Value):
     levels: int = 0
     name = "pairwise"
     is_learning = False
+    is_endless = False
     sampling = Sampling.NONE
     helps: ClassVar[Mapping[str, str]] = {
         "strength": "number of parameters of which each combination of values occurs (default: 2)",

@@ -19,6 +19,7 @@ class Uniform(Value):
 
     name = "random"
     is_learning = False
+    is_endless = True
     sampling = Sampling.INDEPENDENT
     helps: ClassVar[Mapping[str, str]] = {}
 

@@ -15,7 +15,7 @@ from seoro.campaign.space.axes import Axis, Choices
 from seoro.campaign.space.space import Space
 from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.campaign.strategies.distributions import Distribution, Normal, Weights
-from seoro.campaign.strategies.objective import has_objective, objective
+from seoro.campaign.strategies.objective import MAXIMIZE, MINIMIZE, Objective, objective_of
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
@@ -29,40 +29,37 @@ Shares: TypeAlias = tuple[float, ...]
 
 
 class Search(Value):
-    """Search for the least value of a column; failed runs have the least of all.
+    """Search for the least or largest value of a column; failed runs have the best of all.
 
     Args:
-        minimize: Column: `duration` or a measurement such as `robot.closest_approach`.
+        minimize: Column that is small near failures; empty for `margin`.
+        maximize: Column that is large near failures, instead.
     """
 
     minimize: str = ""
+    maximize: str = ""
     name = "search"
     is_learning = True
+    is_endless = True
     sampling = Sampling.NONE
-    helps: ClassVar[Mapping[str, str]] = {
-        "minimize": "column that is small near failures, such as robot.closest_approach"
-    }
+    helps: ClassVar[Mapping[str, str]] = {"minimize": MINIMIZE, "maximize": MAXIMIZE}
 
     def batches(self, space: Space, seed: int) -> Batches:
         """Return the batches; see `Strategy`."""
         if not space.axes:
             raise UsageError("a search needs a parameter that varies")
-        if not self.minimize:
-            raise UsageError(
-                "a search needs a column to minimize", help="for example `--minimize robot.closest_approach`"
-            )
-        return self._batches(space, Random(seed))  # noqa: S311 - not for secrets
+        return self._batches(space, objective_of(self.minimize, self.maximize), Random(seed))  # noqa: S311
 
-    def _batches(self, space: Space, random: Random) -> Batches:
+    def _batches(self, space: Space, objective: Objective, random: Random) -> Batches:
         known: list[tuple[float, Shares]] = []
         is_known = False
         distributions = [_distribution(axis) for axis in space.axes]
         drawn = list(_hypercube(len(space.axes), random))
         while True:
             told = yield [Point(_texts(space.axes, shares)) for shares in drawn]
-            values = [objective(self.minimize, each) for each in told]
+            values = [objective.value(each) for each in told]
             known += [(value, shares) for value, shares in zip(values, drawn, strict=True) if value is not None]
-            is_known = is_known or has_objective(self.minimize, told)
+            is_known = is_known or objective.is_known(told)
             known = sorted(known, key=lambda each: each[0])[:ELITE]
             if len(known) == ELITE:
                 for index, distribution in enumerate(distributions):

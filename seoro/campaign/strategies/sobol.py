@@ -38,6 +38,7 @@ class Sobol(Value):
 
     name = "sobol"
     is_learning = False
+    is_endless = True
     sampling = Sampling.SPREAD
     helps: ClassVar[Mapping[str, str]] = {}
 

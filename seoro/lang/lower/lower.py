@@ -5,7 +5,8 @@ The scenario (7.7.2) is the requested one, the only one, or `main` of the entry 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import replace
 from typing import Final
 
@@ -17,7 +18,15 @@ from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import scope_of
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import behaviors as messages
-from seoro.lang.lower.invocations import applied, applied_in, constrained, invoked_name, named_invocations
+from seoro.lang.lower.invocations import (
+    Invocation,
+    applied,
+    applied_in,
+    constrained,
+    invoked_name,
+    named_invocations,
+)
+from seoro.lang.lower.outside import outside_constraints
 from seoro.lang.lower.overrides import Overrides
 from seoro.lang.source import Span
 from seoro.lang.symbols import TypeSymbol, lineage, may_lack_values
@@ -69,7 +78,10 @@ _NO_OVERRIDES: Final[Mapping[str, str]] = {}
 
 
 def lower(
-    checked: Checked, scenario: str | None = None, overrides: Mapping[str, str] = _NO_OVERRIDES
+    checked: Checked,
+    scenario: str | None = None,
+    overrides: Mapping[str, str] = _NO_OVERRIDES,
+    constraints: Sequence[str] = (),
 ) -> plan.Plan:
     """Create the plan of a scenario.
 
@@ -78,6 +90,7 @@ def lower(
         scenario: The scenario to run; by default the only one of the file, or the one named `main`.
         overrides: Values for parameters of the scenario, or for fields of them (`robot.namespace`), as
             expressions of the language.
+        constraints: Further constraints on them, as boolean expressions: `pace in [2mps..3mps]`.
 
     Raises:
         InvalidScenario: The sources have errors, no scenario to run, or a parameter without a value.
@@ -86,9 +99,9 @@ def lower(
         raise InvalidScenario(checked.errors)
     entry = find_entry(checked, scenario)
     lowering = _Lowering(checked)
-    first, given = lowering.entry(entry, overrides)
-    global_parameters = lowering.globals(entry, overrides)
-    lowering.check_values(entry, overrides)
+    first, given, bounded = lowering.entry(entry, overrides, constraints)
+    global_parameters = lowering.globals(entry, bounded)
+    lowering.check_values(entry, bounded)
     if len(lowering.bag):
         raise InvalidScenario(lowering.bag.diagnostics)
     scenarios = {first.name: first}
@@ -219,44 +232,56 @@ class _Lowering:
             for event in symbol.inventory.events.values()
         )
 
-    def globals(self, entry: TypeSymbol, overrides: Mapping[str, str]) -> plan.Structure:
+    def globals(self, entry: TypeSymbol, bounded: Set[str]) -> plan.Structure:
         """Create the global parameters; report parameters without a value."""
         for declaration, home in self._program.global_declarations:
             may_be_constrained = declaration.constraints or may_lack_values(entry)
             for name in declaration.names if not may_be_constrained else ():
                 symbol = self._program.globals[home.namespace_of(name), name.text]
                 lacking = self._expressions.values.lacking(symbol)
-                if any(not _is_set(path.rpartition("::")[2], overrides) for path in lacking):
+                if any(not _is_set(path.rpartition("::")[2], bounded) for path in lacking):
                     self.bag.add(messages.global_without_value, symbol.span, symbol.text)
         return self._expressions.values.globals()
 
     def entry(
-        self, symbol: TypeSymbol, overrides: Mapping[str, str]
-    ) -> tuple[plan.Scenario, tuple[plan.Constraint, ...]]:
-        """Create the entry scenario, and the overrides of its parameters and of global ones."""
+        self, symbol: TypeSymbol, overrides: Mapping[str, str], constraints: Sequence[str]
+    ) -> tuple[plan.Scenario, tuple[plan.Constraint, ...], Set[str]]:
+        """Create the entry scenario.
+
+        Returns:
+            The scenario, the constraints from outside on its parameters and on global ones, and the paths of
+            parameters that these concern.
+        """
         scenario = self.scenario(symbol)
         named = named_invocations(scenario.body)
         invoked = {name: self._symbols[invoked_name(each)] for name, each in named.items()}
-        given = Overrides(self._expressions, scope_of(symbol, symbol.home), self.bag, invoked).constraints(
-            overrides
-        )
-        added = {named[name]: constraints for name, constraints in given.of_invocations.items()}
+        scope = scope_of(symbol, symbol.home)
+        given = Overrides(self._expressions, scope, self.bag, invoked).constraints(overrides)
+        outside = outside_constraints(constraints, self._expressions, scope, self.bag, invoked)
+        added: defaultdict[Invocation, list[plan.Constraint]] = defaultdict(list)
+        for name, found in given.of_invocations.items():
+            added[named[name]] += found
+        for each in outside:
+            if each.invocation:
+                added[named[each.invocation]].append(each.constraint)
         if scenario.body is not None and added:
             scenario = replace(scenario, body=constrained(scenario.body, added))
-        return scenario, given.own
+        own = [each for each in outside if not each.invocation]
+        bounded = {*overrides, *(path.rpartition("::")[2] for each in own for path in each.paths)}
+        return scenario, (*given.own, *(each.constraint for each in own)), bounded
 
-    def check_values(self, symbol: TypeSymbol, overrides: Mapping[str, str]) -> None:
-        """Report fields of the entry scenario without a value."""
+    def check_values(self, symbol: TypeSymbol, bounded: Set[str]) -> None:
+        """Report fields of the entry scenario without a value and without a constraint from outside."""
         values = self._expressions.values
         fields = symbol.inventory.fields
         for path in values.lacking_of(symbol, {}):
-            if not _is_set(path, overrides):
+            if not _is_set(path, bounded):
                 self.bag.add(messages.missing_value, fields[path.partition(".")[0]].span, path)
 
 
-def _is_set(path: str, overrides: Mapping[str, str]) -> bool:
-    """Return whether a field or a value that contains it is overridden."""
-    return any(path == given or path.startswith(f"{given}.") for given in overrides)
+def _is_set(path: str, bounded: Set[str]) -> bool:
+    """Return whether constraints from outside concern a field or a value that contains it."""
+    return any(path == given or path.startswith(f"{given}.") for given in bounded)
 
 
 def _bases(symbol: TypeSymbol) -> tuple[str, ...]:

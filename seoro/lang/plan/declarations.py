@@ -109,7 +109,7 @@ class Plan(Value):
 
     Args:
         entry: The scenario to run, a key of `scenarios`.
-        overrides: Overrides of its fields and of global parameters; applied last.
+        overrides: Constraints from outside on its fields and on global parameters; applied last.
         scenarios: The entry scenario and every scenario that can be invoked from it.
         actions: Every action that can be invoked.
         modifiers: Every modifier that is applied.

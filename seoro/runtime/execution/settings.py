@@ -35,6 +35,7 @@ class Settings(Value):
         output_directory: Output folder of the run, available to library methods.
         locate: Maps absolute paths of files.
         overrides: Parameters set by the user, by path, as expressions of the language; recorded in the trace.
+        constraints: Constraints on parameters set by the user; recorded in the trace.
         grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
         version: Version of seoro, recorded in the trace.
         external: Names of the events that the application may emit.
@@ -52,6 +53,7 @@ class Settings(Value):
     output_directory: Path | None = None
     locate: Locate = unchanged_path
     overrides: Mapping[str, str] = field(default_factory=dict)
+    constraints: Sequence[str] = ()
     grace: float = 5.0
     version: str = ""
     external: Sequence[str] = ()
