@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
 import anyio
 
-from seoro.campaign.engine import Engine, WorkerDied
+from seoro.campaign.engine import Engine, MachineLost, WorkerDied
 from seoro.campaign.identity import row_of
 from seoro.campaign.planner import Planner
 from seoro.campaign.runs import End, Planned, Row
@@ -21,6 +20,7 @@ from seoro.errors import cause_of
 CHUNK_TIME: Final = 1.0  # [s] for a chunk of short runs; longer ones are handed out one by one
 MOST: Final = 256  # runs of a chunk
 ATTEMPTS: Final = 2  # a run that has ended its worker is tried once more, alone
+ATTEMPTS_ON_MACHINES: Final = 5  # the same, for a run whose machine was lost
 
 
 class Coordinator:
@@ -49,6 +49,8 @@ class Coordinator:
         self._is_enough = is_enough
         self._is_stopping = False
         self._outstanding = 0
+        self._serving = 0  # slots
+        self._supplying = anyio.CancelScope()
         self._changed = asyncio.Event()
         self._chunk = 1  # runs that take about `CHUNK_TIME`
 
@@ -61,14 +63,19 @@ class Coordinator:
         """
         try:
             async with anyio.create_task_group() as group:
-                for _ in range(self._engine.slots):
-                    group.start_soon(self._serve)
+                with self._supplying:
+                    while True:
+                        while self._serving < self._engine.slots:
+                            self._serving += 1
+                            group.start_soon(self._serve)
+                        await self._engine.slots_changed()
         except ExceptionGroup as errors:
             raise cause_of(errors) from None
 
     def stop(self) -> None:
         """Begin no more runs, and stop those in progress; they can be resumed."""
         self._is_stopping = True
+        self._supplying.cancel()
         self._engine.stop()
         self._wake()
 
@@ -77,7 +84,7 @@ class Coordinator:
         self._changed = asyncio.Event()
 
     async def _serve(self) -> None:
-        """Hand out chunks until no run is left."""
+        """Hand out chunks until no run is left, or the slot is gone."""
         while chunk := await self._take():
             self._outstanding += len(chunk)
             try:
@@ -85,36 +92,40 @@ class Coordinator:
             finally:
                 self._outstanding -= len(chunk)
                 self._wake()
+        self._serving -= 1
+        if chunk is not None:
+            self._supplying.cancel()
 
-    async def _take(self) -> list[Planned]:
-        """Wait for the next chunk; empty if no run is left."""
+    async def _take(self) -> list[Planned] | None:
+        """Wait for the next chunk; empty if no run is left, None if the slot is gone."""
         while not self._is_stopping:
+            if self._serving > self._engine.slots:
+                return None
             chunk = self._planner.take(self._chunk)
             if chunk and chunk[0].attempt > 1:  # alone, since it may end its worker again
                 for other in chunk[1:]:
                     self._planner.give_back(other)
                 return chunk[:1]
-            if chunk or (self._planner.is_over and not self._outstanding):
+            if chunk or not self._outstanding:
                 return chunk
-            if not self._outstanding:
-                return []
             await self._changed.wait()
         return []
 
     async def _carry_out(self, chunk: list[Planned]) -> None:
         left = {each.number: each for each in chunk}
-        begun = time.monotonic()
+        duration = 0.0
         try:
             async for row in self._engine.run(chunk):
                 del left[row.run]
+                duration += row.wall_duration
                 self._take_row(row)
         except WorkerDied as died:
             if not self._is_stopping:
-                self._recover(list(left.values()), str(died))
+                self._recover(list(left.values()), died)
         ended = len(chunk) - len(left)
         if ended:
-            duration = (time.monotonic() - begun) / ended
-            self._chunk = max(1, min(MOST, 2 * self._chunk, int(CHUNK_TIME / max(duration, 1e-6))))
+            fitting = int(CHUNK_TIME / max(duration / ended, 1e-6))
+            self._chunk = max(1, min(MOST, 2 * self._chunk, fitting))
 
     def _take_row(self, row: Row) -> None:
         self._planner.record(row)
@@ -124,12 +135,12 @@ class Coordinator:
         elif self._is_enough():
             self._is_stopping = True
 
-    def _recover(self, lost: list[Planned], reason: str) -> None:
+    def _recover(self, lost: list[Planned], died: WorkerDied) -> None:
         """Return the lost runs to the planner; the first had begun, and ends as an error if it did so before."""
         first, *others = lost
         for each in others:
             self._planner.give_back(each)
-        if first.attempt < ATTEMPTS:
+        if first.attempt < (ATTEMPTS_ON_MACHINES if isinstance(died, MachineLost) else ATTEMPTS):
             self._planner.give_back(replace(first, attempt=first.attempt + 1))
             return
         campaign = self._folder.campaign
@@ -139,8 +150,8 @@ class Coordinator:
             campaign.version,
             status=End.ERROR,
             values=first.values,
-            reason=reason,
-            reason_key=reason,
+            reason=str(died),
+            reason_key=str(died),
         )
         file = Appender(shard(self._folder.folder, COORDINATOR))
         try:

@@ -12,12 +12,23 @@ class WorkerDied(Exception):
     """A worker has died or hangs; the message has the cause."""
 
 
+class MachineLost(WorkerDied):
+    """The machine of a worker is lost, which is hardly the fault of its run."""
+
+
 class Engine(Protocol):
     """Carries out runs."""
 
     @property
     def slots(self) -> int:
         """Number of chunks that it takes at once; may grow and shrink."""
+
+    async def slots_changed(self) -> None:
+        """Wait until `slots` may have changed.
+
+        Raises:
+            UsageError, BackendError: The engine cannot carry out the campaign.
+        """
 
     def run(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
         """Carry out a chunk of runs, and yield their rows as they end. The rows are stored.

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Final
 
 from seoro import __version__
+from seoro.bindings.own_python import own_python
 from seoro.bundle.pack import pack
 from seoro.campaign.coordinator import Coordinator
 from seoro.campaign.identity import digest_of
+from seoro.campaign.places import Places, open_engines
 from seoro.campaign.planner import Planner
-from seoro.campaign.pool.pool import open_pool
 from seoro.campaign.runs import Row
 from seoro.campaign.space.defaults import find_defaults
 from seoro.campaign.space.feasible import Feasibility
@@ -55,7 +56,8 @@ class Asked(Value):
         runs: Number of runs; None for all of the strategy.
         repeat: Runs of each point.
         keep: Runs that keep their trace and files.
-        isolation: Isolation of runs from each other.
+        isolation: Isolation of runs from each other; None for `run` if the scenario has Python of its own, else
+            `worker`.
         limit: Limit of the wall time of a run.
         until: Stopping rules, see `seoro.campaign.stopping.grammar`.
         budget: Wall time of a session, after which no run begins [s].
@@ -69,7 +71,7 @@ class Asked(Value):
     runs: int | None = None
     repeat: int = 1
     keep: Keep = "failed"
-    isolation: Isolation = "worker"
+    isolation: Isolation | None = None
     limit: WallLimit = PROGRAM_LIMIT
     until: tuple[str, ...] = ()
     budget: float | None = None
@@ -140,7 +142,7 @@ def new_campaign(
         repeat=asked.repeat,
         seed=asked.seed,
         keep=asked.keep,
-        isolation=asked.isolation,
+        isolation=asked.isolation or _isolation_for(scenario),
         digest=digest_of(manifest, named, __version__),
         simulator=named,
         version=__version__,
@@ -151,6 +153,11 @@ def new_campaign(
         is_sample=is_sample,
     )
     return create_folder(folder, campaign, overwrite=overwrite)
+
+
+def _isolation_for(scenario: Scenario) -> Isolation:
+    """Return the weakest isolation with which runs cannot affect each other."""
+    return "run" if any(own_python(scenario.checked.sources)) else "worker"
 
 
 def _check_rules(asked: Asked, is_sample: bool) -> None:
@@ -202,26 +209,26 @@ def reopen(folder: Path, runs: int | None = None) -> tuple[CampaignFolder, Scena
 async def open_campaign(
     folder: CampaignFolder,
     space: Space,
-    jobs: int,
+    places: Places,
     on_row: Callable[[Row], object],
     is_enough: Callable[[], bool] = lambda: False,
 ) -> AsyncIterator[Coordinator]:
-    """Open the engine of a campaign while the block lasts.
+    """Open the engines of a campaign while the block lasts.
 
     Args:
         folder: Its folder.
         space: Axes of the campaign, and their constraints.
-        jobs: Number of simultaneous runs.
+        places: Places of its runs.
         on_row: Called with each row.
         is_enough: Called after each row; returns whether no more runs shall begin.
 
     Raises:
-        UsageError: The strategy cannot be used with these axes.
+        UsageError: The strategy cannot be used with these axes, or a place cannot carry out the campaign.
         BackendError: No process can be started.
     """
     planner = Planner(folder, make_strategy(folder.campaign.strategy), space)
-    async with open_pool(folder.campaign, folder.folder, jobs) as pool:
-        yield Coordinator(folder, planner, pool, on_row, is_enough)
+    async with open_engines(folder, places) as engine:
+        yield Coordinator(folder, planner, engine, on_row, is_enough)
 
 
 def _hash(path: Path) -> str:

@@ -12,6 +12,7 @@ import anyio
 from seoro.bundle.unpack import read_options
 from seoro.campaign.coordinator import Coordinator
 from seoro.campaign.opening import new_campaign, open_campaign, reopen, space_of
+from seoro.campaign.places import Places
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End
 from seoro.campaign.space.space import Space
@@ -29,6 +30,7 @@ from seoro.cli.jobs import simultaneous_runs
 from seoro.cli.run_arguments import add_run_arguments, settings_of
 from seoro.concurrency.background import background
 from seoro.embed import load
+from seoro.errors import SeoroError
 
 EXAMPLES = """examples:
   seoro campaign run noise.osc --sim mujoco --rate max -o out/
@@ -76,8 +78,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(
         run_it,
         "--isolation",
-        "what runs share: a warm worker, or for each run a process of its own (default: worker)",
-        choices=("worker", "run"),
+        "what runs share: a warm worker, a warm simulator but no process, or nothing (default: run for scenarios "
+        "with Python of their own, else worker)",
+        choices=("worker", "run", "process"),
     )
     add_kept_files(run_it)
     add_listing(run_it)
@@ -115,17 +118,19 @@ async def _run(options: argparse.Namespace) -> int:
         return Exit.PASSED
     with write_errors(options.output_dir):
         folder = new_campaign(scenario, settings, space, asked, options.output_dir, overwrite=options.overwrite)
-    return await _carry_out(folder, space, jobs)
+    return await _carry_out(folder, space, Places(jobs), is_new=True)
 
 
 async def _resume(options: argparse.Namespace) -> int:
     folder, scenario = reopen(options.folder, options.runs)
     manifest = folder.campaign.manifest
     settings = read_options(manifest, Path(manifest.root or "."))
-    return await _carry_out(folder, space_of(scenario, settings), simultaneous_runs(settings, options.jobs))
+    return await _carry_out(
+        folder, space_of(scenario, settings), Places(simultaneous_runs(settings, options.jobs))
+    )
 
 
-async def _carry_out(folder: CampaignFolder, space: Space, jobs: int) -> int:
+async def _carry_out(folder: CampaignFolder, space: Space, places: Places, *, is_new: bool = False) -> int:
     """Carry out a campaign, and write its results, also when it is interrupted."""
     tally, watch = Tally(), watch_of(folder.campaign)
     for row in read_rows(folder.folder):
@@ -138,16 +143,20 @@ async def _carry_out(folder: CampaignFolder, space: Space, jobs: int) -> int:
     try:
         with progress.showing() as show:
             async with (
-                open_campaign(folder, space, jobs, show, watch.is_enough) as coordinator,
+                open_campaign(folder, space, places, show, watch.is_enough) as coordinator,
                 background() as group,
             ):
                 interrupted = _Interruption(coordinator)
                 group.start_soon(interrupted.listen, group.cancel_scope)
                 if not watch.is_enough():
                     await coordinator.run()
-    finally:
-        files = write_results(folder.folder)
-        folder.close()
+    except BaseException as error:
+        if is_new and not tally.runs and isinstance(error, SeoroError):
+            folder.discard()
+        else:
+            _conclude(folder)
+        raise
+    files = _conclude(folder)
     print(f"\n{progress.text(is_over=not interrupted.has_come)}")
     if watch.stop is not None:
         print(f"  stopped: {watch.stop.reason}")
@@ -157,6 +166,14 @@ async def _carry_out(folder: CampaignFolder, space: Space, jobs: int) -> int:
         return Exit.INTERRUPTED
     decided = status_of_test(watch, tally)
     return _status(tally) if decided is None else decided
+
+
+def _conclude(folder: CampaignFolder) -> list[Path]:
+    """Write the results, and close the folder."""
+    try:
+        return write_results(folder.folder)
+    finally:
+        folder.close()
 
 
 def _status(tally: Tally) -> Exit:

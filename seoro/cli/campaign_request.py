@@ -49,7 +49,7 @@ def asked_of(options: argparse.Namespace, scenario: Runnable) -> Asked:
         runs=options.runs,
         repeat=len(seeds) or options.repeat,
         keep=options.keep,
-        isolation=options.isolation or "worker",
+        isolation=options.isolation,
         limit=found.limit,
         until=tuple(options.until),
         budget=options.budget,

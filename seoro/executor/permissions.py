@@ -13,20 +13,18 @@ from pathlib import Path
 from typing import Final
 
 from seoro.actions.processes import RUNNING_PROGRAMS
-from seoro.bindings.imports import is_module, root_of
+from seoro.bindings.own_python import own_python
 from seoro.bridges.session import is_local
 from seoro.embed.options import Options
 from seoro.errors import ActionFailed, InvalidScenario, UsageError
 from seoro.files.path_mapping import Locate
 from seoro.lab.reading import read_lab
-from seoro.lang import ast
 from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
-from seoro.lang.libraries import Origin, library_files
+from seoro.lang.libraries import library_files
 from seoro.lang.loader import Reader, Sources, Unreadable, read_file
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
-from seoro.lang.tree import find
 
 PYTHON: Final = "python"
 NETWORK: Final = "network"
@@ -47,21 +45,8 @@ def vet_sources(sources: Sources, allowed: Collection[str]) -> None:
     Raises:
         InvalidScenario: The scenario imports Python, which is not allowed.
     """
-    found = [] if PYTHON in allowed else list(_python(sources))
-    if found:
+    if PYTHON not in allowed and (found := [_refused(*place, PYTHON) for place in own_python(sources)]):
         raise InvalidScenario(found)
-
-
-def _python(sources: Sources) -> Iterator[Diagnostic]:
-    trusted = {library.name for library in sources.libraries if library.origin is not Origin.BESIDE}
-    for library in sources.libraries:
-        root = root_of(library) if library.origin is Origin.BESIDE else None
-        if root is not None and is_module(root, [library.module]):
-            yield _refused(library.span, f"the library `{library.name}` contains Python", PYTHON)
-    for module in sources.modules:
-        if module.library not in trusted:
-            for method in find(module.tree, ast.ExternalMethod):
-                yield _refused(method.span, "an external method calls Python", PYTHON)
 
 
 def vet_plan(plan: Plan, allowed: Collection[str]) -> None:

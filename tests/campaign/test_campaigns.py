@@ -13,8 +13,10 @@ from xml.etree import ElementTree as Xml
 
 import pytest
 
+from seoro.campaign.pool.simulators import simulator_node
 from seoro.campaign.runs import OF_THE_MACHINE
 from seoro.cli.main import main
+from seoro.errors import BackendError
 from tests.integration.conftest import wait_until
 
 Write = Callable[..., str]
@@ -194,13 +196,37 @@ async def die(ctx: ActionContext, number: int) -> None:
     (tmp_path / "main.osc").write_text(DEADLY)
 
 
-@pytest.mark.parametrize("isolation", ["worker", "run"])
+@pytest.mark.parametrize("isolation", ["worker", "run", "process"])
 def test_a_run_that_ends_its_process_costs_itself_only(deadly: None, isolation: str) -> None:
     assert main(["campaign", "run", "main.osc", "--isolation", isolation, *VIRTUAL]) == 3
     assert [(row["number"], row["status"]) for row in table()] == [
         ("1", "passed"), ("2", "passed"), ("3", "error"), ("4", "passed")
     ]  # fmt: skip
     assert table()[2]["reason"] == "the run ended its process by SIGABRT" and table()[2]["attempt"] == "2"
+
+
+def test_runs_with_python_of_their_own_share_no_process(deadly: None) -> None:
+    main(["campaign", "run", "main.osc", "--set", "number=1", "--repeat", "2", *VIRTUAL])
+    assert json.loads(Path("out/campaign.json").read_text())["isolation"] == "run"
+    assert len({row["worker"] for row in table()}) == 2
+
+
+def test_a_campaign_that_cannot_begin_leaves_no_folder(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["campaign", "run", write(), "--sim", "mujuco", "-o", "out"]) == 2
+    assert "unknown simulator 'mujuco'" in capsys.readouterr().err
+    assert not Path("out").exists()
+
+
+async def test_a_simulator_that_does_not_start_shows_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "python"
+    program.write_text("#!/bin/sh\necho 'no display' >&2\nexit 3\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+    with pytest.raises(BackendError, match="did not start: it ended with status 3: no display"):
+        async with simulator_node("mujoco"):
+            pass
 
 
 def start(*arguments: str, **more: Any) -> subprocess.Popen[bytes]:

@@ -40,7 +40,8 @@ async def open_pool(campaign: CampaignFile, folder: Path, jobs: int) -> AsyncIte
         BackendError: No process can be started.
     """
     async with open_forks(TEMPLATE, arguments=[str(folder)]) as forks:
-        slots = [_Slot(campaign, forks, f"{platform.node()}-{os.getpid():x}-{number}") for number in range(jobs)]
+        names = [f"{platform.node()}-{os.getpid():x}-{number}" for number in range(jobs)]
+        slots = [_Slot(campaign, folder, forks, name) for name in names]
         try:
             yield Pool(slots)
         finally:
@@ -63,6 +64,10 @@ class Pool:
         """Number of simultaneous chunks."""
         return len(self._slots)
 
+    async def slots_changed(self) -> None:
+        """Wait for ever, since the number of slots is fixed; see `Engine`."""
+        await asyncio.get_running_loop().create_future()
+
     async def run(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
         """Carry out a chunk; see `Engine`."""
         slot = self._free.pop()
@@ -81,11 +86,13 @@ class Pool:
 class _Slot:
     """A place for one run at a time; its worker and its simulator are replaced if they die."""
 
-    def __init__(self, campaign: CampaignFile, forks: Forks, name: str) -> None:
+    def __init__(self, campaign: CampaignFile, folder: Path, forks: Forks, name: str) -> None:
         self._campaign = campaign
+        self._folder = folder
         self._forks = forks
         self._name = name
         self._worker: Forked | None = None
+        self._python = AsyncExitStack()  # of the worker, if it has a Python of its own
         self._stack = AsyncExitStack()  # of the simulator
         self._node: Node | None = None
         self._count = 0  # of workers
@@ -151,7 +158,7 @@ class _Slot:
             assert simulator is not None and simulator.name is not None, "checked before"
             self._node = await self._stack.enter_async_context(simulator_node(simulator.name))
         try:
-            worker = await self._forks.fork()
+            worker = await self._fork()
         except NoProcess as error:
             raise BackendError(f"no worker can be started: {error}") from error
         self._count += 1
@@ -160,6 +167,13 @@ class _Slot:
             start = Start(name=start.name, endpoint=self._node.endpoint, simulator=self._node.process)
         self._send(worker, start.model_dump_json().encode() + b"\n")
         return worker
+
+    async def _fork(self) -> Forked:
+        """Fork a worker; from a new Python for `process`."""
+        if self._campaign.isolation != "process":
+            return await self._forks.fork()
+        forks = await self._python.enter_async_context(open_forks(TEMPLATE, arguments=[str(self._folder)]))
+        return await forks.fork()
 
     def stop(self) -> None:
         """Stop the present run."""
@@ -176,6 +190,7 @@ class _Slot:
         if worker is not None:
             os.close(worker.control)
             await worker.wait()
+            await self._python.aclose()
 
     async def _end_simulator(self) -> None:
         """End the simulator and the worker, which knows only this one."""
@@ -189,7 +204,9 @@ class _Slot:
         self._worker = None
         worker.kill()
         os.close(worker.control)
-        return await worker.ended
+        status = await worker.ended
+        await self._python.aclose()
+        return status
 
     def _send(self, worker: Forked, data: bytes) -> None:
         """Send to a worker; a dead one gets nothing, which its socket shows."""

@@ -9,6 +9,7 @@ import asyncio
 import subprocess
 import sys
 import tempfile
+from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
@@ -20,6 +21,9 @@ from seoro.lang.frozen import Value
 
 START_TIMEOUT: Final = 60.0  # [s]
 STOP_TIMEOUT: Final = 5.0  # [s]; then it is killed
+STDERR_TIMEOUT: Final = 0.5  # [s] to read the last lines of an ended process
+STDERR_LINES: Final = 20  # kept for messages
+_BLOCK: Final = 1 << 16  # [bytes]
 
 
 class Node(Value):
@@ -51,20 +55,35 @@ async def simulator_node(name: str) -> AsyncIterator[Node]:
             "--die-with-parent",
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
             start_new_session=True,
         )
-        assert process.stdout is not None, "a pipe"
+        assert process.stdout is not None and process.stderr is not None, "pipes"
+        errors: deque[str] = deque(maxlen=STDERR_LINES)
+        reading = asyncio.create_task(_keep_last_lines(process.stderr, errors))
         try:
             async with asyncio.timeout(START_TIMEOUT):
                 line = await process.stdout.readline()
             if not line:
-                raise BackendError(f"the simulator {name} has ended with status {await process.wait()}")
+                await asyncio.wait([reading], timeout=STDERR_TIMEOUT)  # a child process may keep it open
+                reason = f": {errors[-1]}" if errors else ""
+                raise BackendError(
+                    f"the simulator {name} did not start: it ended with status {await process.wait()}{reason}"
+                )
             yield Node(endpoint, process.pid)
         except TimeoutError:
             raise BackendError(f"the simulator {name} did not start within {START_TIMEOUT:g} s") from None
         finally:
             await _end(process)
+            reading.cancel()
+
+
+async def _keep_last_lines(stderr: asyncio.StreamReader, errors: deque[str]) -> None:
+    rest = b""
+    while data := await stderr.read(_BLOCK):
+        *whole, rest = (rest + data).split(b"\n")
+        errors.extend(line.decode(errors="replace") for line in whole if line.strip())
+        rest = rest[-_BLOCK:]
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:

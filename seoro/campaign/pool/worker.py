@@ -16,6 +16,8 @@ from typing import Final
 from pydantic import BaseModel, ConfigDict
 
 from seoro.campaign.runs import Planned
+from seoro.campaign.store.folder import shard
+from seoro.campaign.store.lines import Appender
 from seoro.campaign.work.job import Job
 from seoro.campaign.work.running import Stopped, Worker
 
@@ -70,6 +72,7 @@ async def _work(job: Job, control: int, connection: socket.socket) -> None:
     )
     start = Start.model_validate_json(await reader.readline())
     worker = Worker(job, start.name, start.endpoint, start.simulator)
+    rows = Appender(shard(job.folder, start.name))
     planned: asyncio.Queue[Planned | None] = asyncio.Queue()
 
     async def listen() -> None:
@@ -81,9 +84,10 @@ async def _work(job: Job, control: int, connection: socket.socket) -> None:
     listening = asyncio.create_task(listen())
     try:
         while (run := await planned.get()) is not None:
-            row = await worker.make(run)
-            connection.sendall(row.to_line().encode("utf-8", "backslashreplace"))
+            line = (await worker.make(run)).to_line()
+            rows.append(line)
+            connection.sendall(line.encode("utf-8", "backslashreplace"))
     finally:
         listening.cancel()
         transport.close()
-        worker.close()
+        rows.close()

@@ -15,6 +15,7 @@ import os
 import re
 import shutil
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -59,7 +60,8 @@ class CampaignFile(BaseModel):
         repeat: Runs of each point, with the seeds `seed`, `seed + 1`, and so on.
         seed: Seed of the strategy and of the first repeat.
         keep: Runs that keep their trace and files; `failed` is all that did not pass.
-        isolation: `worker` for runs in one process, `run` for a process per run, `process` for own simulators.
+        isolation: `worker` for runs in one process, `run` for a process per run, `process` for a new Python and a
+            simulator per run, too.
         digest: Hash of all that determines the runs, see `seoro.campaign.identity`.
         simulator: Name and version of the simulator; empty without one.
         version: Version of seoro.
@@ -129,6 +131,14 @@ class CampaignFolder:
         self._asked.close()
         os.close(self._lock)
 
+    def discard(self) -> None:
+        """Close a campaign without rows, and remove its files."""
+        self.close()
+        _remove_campaign(self.folder)
+        (self.folder / LOCK).unlink(missing_ok=True)
+        with suppress(OSError):  # has other files
+            self.folder.rmdir()
+
 
 def create_folder(folder: Path, campaign: CampaignFile, *, overwrite: bool) -> CampaignFolder:
     """Create the folder of a new campaign.
@@ -145,13 +155,17 @@ def create_folder(folder: Path, campaign: CampaignFile, *, overwrite: bool) -> C
                 "replace it with `--overwrite`",
             )
         os.close(_locked(folder))
-        for name in (RUNS, KEPT):
-            shutil.rmtree(folder / name, ignore_errors=True)
-        for name in (ASKED, *DERIVED, CAMPAIGN):
-            (folder / name).unlink(missing_ok=True)
+        _remove_campaign(folder)
     (folder / RUNS).mkdir(parents=True, exist_ok=True)
     write_campaign(folder, campaign)
     return CampaignFolder(folder, campaign)
+
+
+def _remove_campaign(folder: Path) -> None:
+    for name in (RUNS, KEPT):
+        shutil.rmtree(folder / name, ignore_errors=True)
+    for name in (ASKED, *DERIVED, CAMPAIGN):
+        (folder / name).unlink(missing_ok=True)
 
 
 def write_campaign(folder: Path, campaign: CampaignFile) -> None:

@@ -16,8 +16,7 @@ from seoro.bridges.wire.message import Empty
 from seoro.bridges.wire.outputs import GET_MEASUREMENTS
 from seoro.campaign.identity import row_of
 from seoro.campaign.runs import End, Planned, Row
-from seoro.campaign.store.folder import KEPT, shard
-from seoro.campaign.store.lines import Appender
+from seoro.campaign.store.folder import KEPT
 from seoro.campaign.work.job import Job
 from seoro.campaign.work.measurements import of_robots, reason_key, values_of
 from seoro.campaign.work.outputs import recording, save_artifacts
@@ -37,11 +36,11 @@ class Stopped(Exception):
 
 
 class Worker:
-    """Makes runs, one after another, and appends a row for each to its shard; close it at the end.
+    """Makes runs, one after another.
 
     Args:
         job: Shared data of all runs.
-        name: Name of the worker, of its shard, too.
+        name: Name of the worker.
         endpoint: Endpoint of its simulator; empty to let each run start its own.
         simulator: Process id of that simulator.
     """
@@ -52,13 +51,8 @@ class Worker:
         self._endpoint = endpoint
         self._simulator = simulator
         self._host = platform.node()
-        self._rows = Appender(shard(job.folder, name))
         self._run: Run | None = None
         self._is_stopped = False
-
-    def close(self) -> None:
-        """Close the shard."""
-        self._rows.close()
 
     def stop(self) -> None:
         """Stop the present run, with its clean-up."""
@@ -67,7 +61,7 @@ class Worker:
             self._run.stop("the campaign is stopped")
 
     async def make(self, planned: Planned) -> Row:
-        """Make a run, and append its row.
+        """Make a run; returns its row.
 
         Raises:
             Stopped: `stop` was called.
@@ -77,10 +71,10 @@ class Worker:
         end = await self._end(planned)
         if self._is_stopped:
             raise Stopped
-        row = row_of(
+        return row_of(
             planned,
-            self._job.campaign.digest,
-            self._job.campaign.version,
+            self._job.digest,
+            self._job.version,
             host=self._host,
             worker=self._name,
             started=started,
@@ -89,15 +83,13 @@ class Worker:
             sim_cpu=round(self._simulator_time() - of_simulator, 3),
             **end,
         )
-        self._rows.append(row.to_line())
-        return row
 
     async def _end(self, planned: Planned) -> dict[str, Any]:
         """Make a run; returns the fields of its row that depend on how it ends."""
         folder = self._job.folder / KEPT / f"{planned.number:06}"
         made = folder.with_name(f".{folder.name}-{self._name}")
         made.mkdir(parents=True, exist_ok=True)
-        watching = Watching(made / TRACE if self._job.campaign.keep != "none" else None)
+        watching = Watching(made / TRACE if self._job.keep != "none" else None)
         try:
             fields = await self._watched(planned, watching, made)
             if self._is_kept(fields["status"]):
@@ -112,25 +104,25 @@ class Worker:
                 shutil.rmtree(made)
 
     def _is_kept(self, end: End) -> bool:
-        keep = self._job.campaign.keep
+        keep = self._job.keep
         if end is End.IMPOSSIBLE or keep == "none":
             return False
         return keep == "all" or end is not End.PASSED
 
     async def _watched(self, planned: Planned, watching: Watching, folder: Path) -> dict[str, Any]:
-        options, campaign = self._options(planned, watching, folder), self._job.campaign
+        options = self._options(planned, watching, folder)
         try:
             async with prepare(self._job.scenario, options) as run:
                 self._run = run
                 if self._is_stopped:
                     return {"status": End.CANCELLED}
-                film = recording(run, campaign.manifest.options.film, folder)
+                film = recording(run, self._job.film, folder)
                 async with film as recorded, run.running(self._job.limit):
                     verdict = await run.result()
                 if recorded is not None:
                     verdict = recorded.checked(verdict)
                 if self._is_kept(End.of(verdict.status)):
-                    await save_artifacts(run, folder, parquet=campaign.parquet)
+                    await save_artifacts(run, folder, parquet=self._job.parquet)
                 measured = {**dict(await self._measured(run)), **watching.samples}
         except UsageError as error:
             if error.code == CONFLICT:
