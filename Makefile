@@ -58,7 +58,7 @@ chaos: $(VENV)/.dev  ## play rounds of faults against a real lab, and check what
 test-more: $(VENV)/.dev  ## a choice of the long tests: faults at random, kills, attacks, genuine nodes of ROS 2
 	@timeout 1500 $(BIN)/pytest --timeout 1200 -m "slow or ros2" tests/chaos tests/bridges/ros2/genuine
 	@timeout 900 $(BIN)/pytest $(PARALLEL) --timeout 800 -m slow tests/client tests/faults/test_processes.py tests/faults/test_disk.py tests/executor/sandbox/test_sandbox.py \
-		tests/executor/test_load.py::test_many_clients_lose_no_run_and_record tests/pytest_plugin tests/embedding/test_many_runs.py tests/integration/test_sweep.py \
+		tests/executor/test_load.py::test_many_clients_lose_no_run_and_record tests/pytest_plugin tests/embedding/test_many_runs.py \
 		tests/integration/test_life_and_death.py tests/integration/test_snapshots.py tests/sim_nodes/test_determinism.py \
 		tests/bridges/test_conformance.py::test_mujoco_fulfils_the_contracts tests/doctor/test_lab.py tests/lab/test_turns.py
 
@@ -107,7 +107,7 @@ bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/network.py
 
 experiment-localisation: $(VENV)/.user  ## faults of a lidar and the error of the localisation: 192 runs, results in out/localisation
-	@$(BIN)/seoro sweep scenarios/experiments/localisation.osc --sim $(SIM) --world maze --rate max --seed 0 --repeat 3 \
+	@$(BIN)/seoro campaign run scenarios/experiments/localisation.osc --sim $(SIM) --world maze --rate max --seed 0 --repeat 3 \
 		-o out/localisation --overwrite || test $$? -eq 1
 	@$(BIN)/python benchmarks/localisation_experiment.py out/localisation --simulator $(SIM)
 

@@ -1,9 +1,9 @@
-"""Evaluation of a sweep of `scenarios/experiments/localisation.osc`: error against noise and lost beams.
+"""Evaluation of a campaign with `scenarios/experiments/localisation.osc`: error against noise and lost beams.
 
     python benchmarks/localisation_experiment.py FOLDER [--simulator NAME]
 
-FOLDER is that of the sweep, and gets `localisation.png` (a heat map and two curves), `localisation.csv` (the cells
-of the heat map) and `localisation.txt`, which is also printed. `make experiment-localisation` does both.
+FOLDER is that of the campaign, and gets `localisation.png` (a heat map and two curves), `localisation.csv` (the
+cells of the heat map) and `localisation.txt`, which is also printed. `make experiment-localisation` does both.
 
 The error of a run is the distance between where the robot believes to be and where it is, mean over the run.
 Confidence intervals are of the mean over seeds, at 95 %, by Student's t, because seeds are independent.
@@ -37,7 +37,7 @@ INK, LINE, BAND, PALE = "#2b303b", "#2f6fb7", "#9fc1e6", "#b8bec9"
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs of a sweep by index."""
+    """Runs of a campaign by index."""
 
     noise: np.ndarray  # standard deviation of ranges [m]
     drop: np.ndarray  # share of beams that are lost
@@ -230,13 +230,13 @@ def _draw_curve(axes: Axes, runs: Runs, along: np.ndarray, other: np.ndarray) ->
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Analyse a sweep; returns the exit status."""
+    """Analyse a campaign; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path, help="the folder of the sweep")
+    parser.add_argument("folder", type=Path, help="the folder of the campaign")
     parser.add_argument("--simulator", default="MuJoCo", metavar="NAME", help="for titles (default: %(default)s)")
     options = parser.parse_args(arguments)
     try:
-        runs = read(options.folder / "results.csv")
+        runs = read(options.folder / "runs.csv")
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 2

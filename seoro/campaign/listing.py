@@ -1,32 +1,37 @@
-"""Values of planned runs, without a run and without a folder."""
+"""Planned runs that constraints allow, without a run and without a folder."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from seoro.campaign.planner import MOST_IMPOSSIBLE
-from seoro.campaign.runs import Point
+from seoro.campaign.opening import Asked
+from seoro.campaign.planner import MOST_IMPOSSIBLE, runs_of
+from seoro.campaign.runs import Planned, Point
 from seoro.campaign.space.space import Space
 from seoro.campaign.strategies.contract import Strategy
 from seoro.errors import UsageError
 
 
-def possible_points(space: Space, strategy: Strategy, seed: int) -> Iterator[Point]:
-    """Yield the points of a strategy that constraints allow, lazily; of one that learns, those of the first batch.
+def possible_runs(space: Space, asked: Asked) -> Iterator[Planned]:
+    """Yield the runs of a campaign that constraints allow, lazily, up to the wanted number.
+
+    Of a strategy that learns, they are those of the first batch.
 
     Args:
         space: Axes of the campaign, and their constraints.
-        strategy: Chooses the values.
-        seed: Seed of the strategy.
+        asked: The request.
 
     Raises:
-        UsageError: The strategy cannot be used with these axes, or no point is possible.
+        UsageError: The strategy cannot be used with these axes, or no run is possible.
     """
     possible = excluded = 0
-    for point in _points(strategy, space, seed):
+    for variant, point in enumerate(_points(asked.strategy, space, asked.seed), start=1):
         if space.is_feasible(point.values):
-            possible += 1
-            yield point
+            for run in runs_of(point, variant, asked.strategy, asked.seed, asked.repeat, asked.seeds):
+                if possible == asked.runs:
+                    return
+                possible += 1
+                yield run
         else:
             excluded += 1
         if not possible and excluded >= MOST_IMPOSSIBLE:

@@ -131,21 +131,8 @@ class Planner:
     def _planned(self, point: Point) -> list[Planned]:
         """Return the repeats of the last point, the first at the end."""
         campaign = self._campaign
-        why = f"{self._strategy.name}: {point.reason}" if point.reason else self._strategy.name
-        first = (self._variants - 1) * campaign.repeat + 1
-        seed = campaign.seed + (first - 1 if self._strategy.sampling is not Sampling.NONE else 0)
-        return [
-            Planned(
-                number=first + repeat,
-                variant=self._variants,
-                repeat=repeat + 1,
-                seed=campaign.seeds[repeat] if campaign.seeds else seed + repeat,
-                values=point.values,
-                strategy=why,
-                parent=point.parent,
-            )
-            for repeat in reversed(range(campaign.repeat))
-        ]
+        runs = runs_of(point, self._variants, self._strategy, campaign.seed, campaign.repeat, campaign.seeds)
+        return runs[::-1]
 
     def _next_point(self) -> Point | None:
         """Return the next point of the strategy; None at its end, or if it needs results first."""
@@ -178,3 +165,32 @@ class Planner:
         except StopIteration:
             self._batches = None
             return None
+
+
+def runs_of(
+    point: Point, variant: int, strategy: Strategy, seed: int, repeat: int, seeds: Sequence[int] = ()
+) -> list[Planned]:
+    """Return the planned runs of a point.
+
+    Args:
+        point: The point.
+        variant: Its number, from 1.
+        strategy: Strategy that asked for it.
+        seed: Seed of the campaign.
+        repeat: Number of its runs.
+        seeds: Seeds of the repeats, which all points share; empty for consecutive ones.
+    """
+    first = (variant - 1) * repeat + 1
+    start = seed + (first - 1 if strategy.sampling is not Sampling.NONE else 0)
+    return [
+        Planned(
+            number=first + number,
+            variant=variant,
+            repeat=number + 1,
+            seed=seeds[number] if seeds else start + number,
+            values=point.values,
+            strategy=f"{strategy.name}: {point.reason}" if point.reason else strategy.name,
+            parent=point.parent,
+        )
+        for number in range(repeat)
+    ]

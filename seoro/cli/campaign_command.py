@@ -18,7 +18,7 @@ from seoro.campaign.runs import End
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFolder, read_rows
 from seoro.cli.arguments import add_command, add_option
-from seoro.cli.campaign_listing import add_listing, list_variants
+from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
 from seoro.cli.campaign_progress import Progress, print_status, seeds_text
 from seoro.cli.campaign_request import add_kept_files, asked_of
 from seoro.cli.campaign_results import print_files, write_results
@@ -114,7 +114,10 @@ async def _run(options: argparse.Namespace) -> int:
     settings = settings_of(options)
     jobs, space = simultaneous_runs(settings, options.jobs), space_of(scenario, settings, options.vary)
     if options.list:
-        list_variants(space, asked)
+        list_runs(space, asked)
+        return Exit.PASSED
+    if options.emit is not None:
+        emit_runs(scenario, settings, space, asked, options.emit)
         return Exit.PASSED
     with write_errors(options.output_dir):
         folder = new_campaign(scenario, settings, space, asked, options.output_dir, overwrite=options.overwrite)

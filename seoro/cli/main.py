@@ -21,7 +21,6 @@ from seoro.lang.diagnostics import near
 COMMANDS: Final[Mapping[str, str]] = {
     "exec": "run a scenario in this process or on an executor",
     "campaign": "run a scenario many times, with planned values of its parameters",
-    "sweep": "run a scenario once per combination of varied parameters",
     "check": "parse and check scenario files without running them",
     "trace": "print, filter, summarise or convert the trace of a run",
     "accept": "check a recorded trace against its scenario",
@@ -47,6 +46,8 @@ COMMANDS: Final[Mapping[str, str]] = {
     "bridge": "expose a simulator as ROS 2 nodes, or ROS 2 robots to seoro",
     "ros": "inspect and use a ROS 2 system: topics, services, actions, parameters, bags",
 }
+
+REPLACED: Final = {"sweep": "campaign run"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -119,6 +120,8 @@ def _parser(arguments: Sequence[str]) -> Parser:
     parser.add_argument("--version", action="version", version=f"seoro {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
+    if chosen in REPLACED:
+        parser.refuse(f"`seoro {chosen}` was replaced", f"use `seoro {REPLACED[chosen]}`")
     if chosen is not None and chosen not in COMMANDS:
         parser.refuse(f"unknown command `{chosen}`", near(chosen, COMMANDS) or "`seoro --help` lists the commands")
     comes_first = chosen is not None and arguments[0] == chosen  # then no help lists the other commands

@@ -1,4 +1,4 @@
-"""Options of a run: scenario, parameters, simulator, lab and ROS 2; for `seoro exec` and `seoro sweep`."""
+"""Options of a run: scenario, parameters, simulator, lab and ROS 2; for `seoro exec` and `seoro campaign run`."""
 
 from __future__ import annotations
 

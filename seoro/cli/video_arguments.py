@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 OUTPUT_FOLDER = ""  # value of `--record-video` without a file
 VIEWS = {"camera": "video_camera", "follow": "video_follow", "size": "video_size", "rate": "video_rate"}
-VIDEO_OPTIONS = ("record_video", *VIEWS.values())
 
 
 def add_video_arguments(parser: argparse.ArgumentParser) -> None:

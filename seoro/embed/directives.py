@@ -6,7 +6,7 @@
 
 Directives directly above a scenario apply to that scenario. Those at the top of the file, followed by an empty
 line, apply to all its scenarios. A comment that begins like a directive, and is not valid, is an error.
-`seoro exec`, `seoro sweep`, clients of executors, embedding programs and pytest read them here.
+`seoro exec`, campaigns, clients of executors, embedding programs and pytest read them here.
 """
 
 from __future__ import annotations

@@ -58,36 +58,63 @@ def test_all_runs_keep_their_traces_on_request(write: Write) -> None:
         assert logs == [row["log.msg"], row["second.msg"]]
 
 
-def test_variants_are_listed_without_a_run(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["campaign", "run", write(TEXT.format(pause="1h")), "--list"]) == 0
+def test_runs_are_listed_without_a_run(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["campaign", "run", write(TEXT.format(pause="1h")), "--seed", "5", "--list"]
+    assert main(command) == 0
     assert capsys.readouterr().out.splitlines() == [
         "  noise in [0.0, 0.2]",
         "  way in [1m, 2m]",
         "  shift in [0.0..1.0]",
         "",
-        "1  noise=0.0 way=1m",
-        "2  noise=0.0 way=2m",
-        "3  noise=0.2 way=1m",
+        "1  noise=0.0 way=1m  seed 5",
+        "2  noise=0.0 way=2m  seed 5",
+        "3  noise=0.2 way=1m  seed 5",
     ]
-    assert main(["campaign", "run", "main.osc", "--list", "--runs", "2"]) == 0
-    assert capsys.readouterr().out.splitlines()[4:] == ["1  noise=0.0 way=1m", "2  noise=0.0 way=2m"]
+    assert main([*command, "--runs", "3", "--repeat", "2"]) == 0
+    assert capsys.readouterr().out.splitlines()[4:] == [
+        "1  noise=0.0 way=1m  seed 5", "2  noise=0.0 way=1m  seed 6", "3  noise=0.0 way=2m  seed 5"
+    ]  # fmt: skip
     assert not Path("campaign").exists()
+
+
+@pytest.mark.parametrize("strategy", ["grid", "random"])
+def test_the_listed_runs_are_those_of_the_campaign(
+    write: Write, capsys: pytest.CaptureFixture[str], strategy: str
+) -> None:
+    command = ["campaign", "run", write(TEXT.format(pause="0s")), "--strategy", strategy, "--runs", "3", *VIRTUAL]
+    assert main([*command, "--list"]) == 0
+    listed = [line.split() for line in capsys.readouterr().out.splitlines()[4:]]
+    main(command)
+    assert [(line[0], line[-1]) for line in listed] == [(row["run"], row["seed"]) for row in table()]
+    assert len(listed) == 3
 
 
 def test_a_long_list_is_cut(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     many = "".join(f"    p{number}: int\n    keep(p{number} in [0..9])\n" for number in range(6))
     text = f"import osc.helpers\nscenario main:\n{many}    do log('x')\n"
-    assert main(["campaign", "run", write(text), "--levels", "10", "--list"]) == 0
+    assert main(["campaign", "run", write(text), "--levels", "10", "--seed", "1", "--list"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[-2] == "100  p0=0 p1=0 p2=0 p3=0 p4=9 p5=9"
+    assert lines[-2] == "100  p0=0 p1=0 p2=0 p3=0 p4=9 p5=9  seed 1"
     assert lines[-1].endswith("and more; `--runs N` lists the first N")
+    assert main(["campaign", "run", "main.osc", "--levels", "10", "--emit", "variants"]) == 2
+    assert "more than 10,000 files would be written" in capsys.readouterr().err
+
+
+def test_runs_are_written_as_scenario_files(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["campaign", "run", write(TEXT.format(pause="1h")), "--clock", "virtual", "--seed", "5"]
+    assert main([*command, "--emit", "variants"]) == 0
+    assert "run one with `seoro exec variants/main_1.osc --clock virtual`" in capsys.readouterr().out
+    assert sorted(path.name for path in Path("variants").iterdir()) == ["main_1.osc", "main_2.osc", "main_3.osc"]
+    assert main(["exec", "variants/main_3.osc", "--dry-run"]) == 0
+    printed = capsys.readouterr().out
+    assert "noise = 0.2" in printed and "seed 5" in printed
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--set", "shift=2.0"], "exclude all of the first 4 runs"),
-        (["--strategy", "search"], "needs a column to minimize"),
+        (["--set", "noise=0.0", "--set", "way=1m"], "the strategy `grid` has no values"),
     ],
 )
 def test_a_list_without_runs_is_refused(

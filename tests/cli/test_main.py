@@ -60,6 +60,7 @@ def test_importing_seoro_is_light() -> None:
     ("arguments", "message", "hint"),
     [
         (["exce", "x.osc"], "unknown command `exce`", "did you mean `exec`?"),
+        (["sweep", "x.osc"], "`seoro sweep` was replaced", "use `seoro campaign run`"),
         (["xyzzy"], "unknown command `xyzzy`", "`seoro --help` lists the commands"),
         (["stop", "--all"], "unsupported option `--all`", "`seoro estop` stops all robots"),
         (["stop"], "expected either runs or `--mine`", "`seoro ps`"),

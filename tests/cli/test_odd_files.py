@@ -28,7 +28,7 @@ def pipe(tmp_path: Path) -> str:
         ["check"],
         ["fmt"],
         ["exec", "-n"],
-        ["sweep", "--list"],
+        ["campaign", "run", "--list"],
         ["trace"],
     ],
 )
@@ -60,7 +60,7 @@ def test_a_pipe_is_not_imported(tmp_path: Path, pipe: str, capsys: pytest.Captur
 
 
 @pytest.mark.parametrize(
-    "command", [["check"], ["fmt"], ["exec", "-n"], ["sweep", "--list"], ["trace"], ["accept"]]
+    "command", [["check"], ["fmt"], ["exec", "-n"], ["campaign", "run", "--list"], ["trace"], ["accept"]]
 )
 def test_a_cyclic_link_is_not_an_internal_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: list[str]

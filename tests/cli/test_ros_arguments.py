@@ -74,7 +74,7 @@ def test_impossible_options_are_rejected_before_the_run(
 def test_one_robot_carries_out_one_run_at_a_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "main.osc"
     file.write_text("import osc.types\nscenario main:\n    do wait elapsed(1s)\n")
-    assert main(["sweep", str(file), "--ros", "--jobs", "2", "-o", str(tmp_path / "out")]) == 2
+    assert main(["campaign", "run", str(file), "--ros", "--jobs", "2", "-o", str(tmp_path / "out")]) == 2
     assert "runs on one robot are sequential" in capsys.readouterr().err
 
 

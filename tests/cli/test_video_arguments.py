@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from seoro import UsageError
-from seoro.cli.arguments import option_texts
-from seoro.cli.video_arguments import VIDEO_OPTIONS, add_video_arguments, video_of
+from seoro.cli.video_arguments import add_video_arguments, video_of
 from seoro.embed.video import VideoOptions
 
 
@@ -33,14 +32,6 @@ def test_options_determine_the_view_and_the_file(tmp_path: Path) -> None:
         VideoOptions(camera="c"),
         Path("a.mp4"),
     )
-
-
-def test_sweeps_give_their_runs_the_options_of_films() -> None:
-    given = options("--record-video", "--video-size=64x48", "--video-follow=r")
-    arguments = option_texts(given, VIDEO_OPTIONS)
-    assert arguments == ["--record-video=", "--video-follow=r", "--video-size=64x48"]
-    assert options(*arguments) == given
-    assert option_texts(options(), VIDEO_OPTIONS) == []
 
 
 @pytest.mark.parametrize(

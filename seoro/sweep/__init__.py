@@ -1,1 +1,0 @@
-"""Sweeps: runs of a scenario for all combinations of listed values of parameters."""
