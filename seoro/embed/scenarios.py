@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import field
 from pathlib import Path
 from types import ModuleType
 
@@ -14,11 +15,11 @@ from seoro.embed.runnable import Entry
 from seoro.errors import InvalidScenario
 from seoro.files.path_mapping import Locate, unchanged_path
 from seoro.lang.check.body_cache import BodyMessages
-from seoro.lang.frontend import Checked, lower
+from seoro.lang.frontend import Checked
 from seoro.lang.frontend import load as load_sources
 from seoro.lang.frozen import Value
 from seoro.lang.loader import PARSERS, Parsers, Reader, Sources, read_file
-from seoro.lang.lower.lower import find_entry
+from seoro.lang.lower.lower import Plans, find_entry
 from seoro.lang.plan import Plan
 from seoro.lang.program import Recorder
 from seoro.lang.source import SourceFile
@@ -31,11 +32,13 @@ class Scenario(Value):
         checked: The file with all its imports.
         functions: Functions that implement actions and modifiers.
         on_plan: Called with the scenario, and the name and the plan of each plan without changes, if any.
+        plans: Plans by the given name of the entry, created on demand.
     """
 
     checked: Checked
     functions: BoundFunctions
     on_plan: Callable[[Scenario, str | None, Plan], object] | None = None
+    plans: dict[str | None, Plans] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         names = ", ".join(sorted(self.checked.scenarios)) or "no scenario"
@@ -73,7 +76,9 @@ class Scenario(Value):
 
     def plan(self, name: str | None, overrides: Mapping[str, str], constraints: Sequence[str] = ()) -> Plan:
         """Make the plan of a scenario, as `Runnable.plan`."""
-        plan = lower(self.checked, name, overrides, constraints)
+        if name not in self.plans:
+            self.plans[name] = Plans(self.checked, name)
+        plan = self.plans[name].with_overrides(overrides, constraints)
         if self.on_plan is not None and not overrides and not constraints:
             self.on_plan(self, name, plan)
         return plan

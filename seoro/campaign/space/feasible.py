@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from seoro.embed.scenarios import Scenario
 from seoro.errors import CONFLICT, InvalidScenario, UsageError
-from seoro.lang.frontend import lower
 from seoro.lang.frozen import Value
 
 _SEED = 0  # whether values exist does not depend on it
@@ -40,7 +39,7 @@ class Feasibility(Value):
 
         try:
             overrides = {**self.overrides, **values}
-            make_entry(lower(self.scenario.checked, self.name, overrides, self.constraints), _SEED)
+            make_entry(self.scenario.plan(self.name, overrides, self.constraints), _SEED)
         except UsageError as error:
             return error.code != CONFLICT
         except InvalidScenario:

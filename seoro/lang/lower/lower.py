@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
 from seoro.errors import InvalidScenario
 from seoro.lang import ast, plan
@@ -83,63 +83,102 @@ def lower(
     overrides: Mapping[str, str] = _NO_OVERRIDES,
     constraints: Sequence[str] = (),
 ) -> plan.Plan:
-    """Create the plan of a scenario.
+    """Create the plan of a scenario; for many plans of one scenario, see `Plans`.
 
     Args:
         checked: The result of `check`.
         scenario: The scenario to run; by default the only one of the file, or the one named `main`.
-        overrides: Values for parameters of the scenario, or for fields of them (`robot.namespace`), as
-            expressions of the language.
-        constraints: Further constraints on them, as boolean expressions: `pace in [2mps..3mps]`.
+        overrides: As of `Plans.with_overrides`.
+        constraints: As of `Plans.with_overrides`.
 
     Raises:
         InvalidScenario: The sources have errors, no scenario to run, or a parameter without a value.
     """
-    if checked.errors:
-        raise InvalidScenario(checked.errors)
-    entry = find_entry(checked, scenario)
-    lowering = _Lowering(checked)
-    first, given, bounded = lowering.entry(entry, overrides, constraints)
-    global_parameters = lowering.globals(entry, bounded)
-    lowering.check_values(entry, bounded)
-    if len(lowering.bag):
-        raise InvalidScenario(lowering.bag.diagnostics)
-    scenarios = {first.name: first}
-    actions: dict[str, plan.Action] = {}
-    pending = [first]
-    while pending:
-        for invocation in plan.invocations_in(pending.pop().body):
-            if isinstance(invocation, plan.InvokeAction):
-                if invocation.action not in actions:
-                    actions[invocation.action] = lowering.action(invocation.action)
-            elif invocation.scenario not in scenarios:
-                scenarios[invocation.scenario] = lowering.invoked(invocation.scenario)
-                pending.append(scenarios[invocation.scenario])
-    objects = lowering.objects()
-    modifiers = lowering.modifiers(scenarios.values(), actions.values(), objects.values())
-    return plan.Plan(
-        entry=first.name,
-        overrides=given,
-        scenarios=scenarios,
-        actions=actions,
-        modifiers=modifiers,
-        objects=objects,
-        globals=global_parameters,
-        structures=checked.program.structures,
-        methods=checked.program.methods,
-        file=checked.sources.entry.file.name,
-        coverage=checked.coverage,
-    )
+    return Plans(checked, scenario).with_overrides(overrides, constraints)
+
+
+class Plans:
+    """Plans of one scenario with different overrides; what they share is created once.
+
+    Args:
+        checked: The result of `check`.
+        scenario: The scenario to run; by default the only one of the file, or the one named `main`.
+
+    Raises:
+        InvalidScenario: The sources have errors, or no scenario to run.
+    """
+
+    def __init__(self, checked: Checked, scenario: str | None = None) -> None:
+        if checked.errors:
+            raise InvalidScenario(checked.errors)
+        self._entry = find_entry(checked, scenario)
+        self._lowering = _Lowering(checked)
+        self._named: Mapping[str, Invocation] = {}
+        self._shared: plan.Plan | None = None  # without overrides
+
+    def with_overrides(
+        self, overrides: Mapping[str, str] = _NO_OVERRIDES, constraints: Sequence[str] = ()
+    ) -> plan.Plan:
+        """Create a plan.
+
+        Args:
+            overrides: Values for parameters of the scenario, or for fields of them (`robot.namespace`), as
+                expressions of the language.
+            constraints: Further constraints on them, as boolean expressions: `pace in [2mps..3mps]`.
+
+        Raises:
+            InvalidScenario: An override is invalid, or a parameter has no value.
+        """
+        bag = Bag()
+        shared = self._shared or self._create()
+        outside = self._lowering.outside(self._entry, self._named, overrides, constraints, bag)
+        self._lowering.check_globals(self._entry, outside.paths, bag)
+        self._lowering.check_values(self._entry, outside.paths, bag)
+        if len(bag):
+            raise InvalidScenario(bag.diagnostics)
+        self._shared = shared
+        if not overrides and not constraints:
+            return shared
+        first = shared.scenarios[shared.entry]
+        if first.body is not None and outside.of_invocations:
+            first = replace(first, body=constrained(first.body, outside.of_invocations))
+        return replace(shared, overrides=outside.own, scenarios={**shared.scenarios, first.name: first})
+
+    def _create(self) -> plan.Plan:
+        """Create the plan without overrides."""
+        lowering = self._lowering
+        first = lowering.scenario(self._entry)
+        self._named = named_invocations(first.body)
+        scenarios = {first.name: first}
+        actions: dict[str, plan.Action] = {}
+        pending = [first]
+        while pending:
+            for invocation in plan.invocations_in(pending.pop().body):
+                if isinstance(invocation, plan.InvokeAction):
+                    if invocation.action not in actions:
+                        actions[invocation.action] = lowering.action(invocation.action)
+                elif invocation.scenario not in scenarios:
+                    scenarios[invocation.scenario] = lowering.invoked(invocation.scenario)
+                    pending.append(scenarios[invocation.scenario])
+        objects = lowering.objects()
+        return lowering.complete(first, scenarios, actions, objects)
+
+
+class _Outside(NamedTuple):
+    """Constraints from outside: on the entry scenario, on its invocations, and the paths of their parameters."""
+
+    own: tuple[plan.Constraint, ...]
+    of_invocations: Mapping[Invocation, Sequence[plan.Constraint]]
+    paths: Set[str]
 
 
 class _Lowering:
     """Creates the parts of one plan."""
 
     def __init__(self, checked: Checked) -> None:
-        self.bag = Bag()
         self._checked = checked
         self._program = checked.program
-        self._expressions = Expressions(checked.program, self.bag, strict=False)
+        self._expressions = Expressions(checked.program, Bag(), strict=False)
         self._symbols = {symbol.plan_name: symbol for symbol in checked.program.behaviors.values()}
 
     def scenario(self, symbol: TypeSymbol) -> plan.Scenario:
@@ -232,51 +271,75 @@ class _Lowering:
             for event in symbol.inventory.events.values()
         )
 
-    def globals(self, entry: TypeSymbol, bounded: Set[str]) -> plan.Structure:
-        """Create the global parameters; report parameters without a value."""
-        for declaration, home in self._program.global_declarations:
-            may_be_constrained = declaration.constraints or may_lack_values(entry)
-            for name in declaration.names if not may_be_constrained else ():
-                symbol = self._program.globals[home.namespace_of(name), name.text]
-                lacking = self._expressions.values.lacking(symbol)
-                if any(not _is_set(path.rpartition("::")[2], bounded) for path in lacking):
-                    self.bag.add(messages.global_without_value, symbol.span, symbol.text)
-        return self._expressions.values.globals()
+    def complete(
+        self,
+        first: plan.Scenario,
+        scenarios: dict[str, plan.Scenario],
+        actions: dict[str, plan.Action],
+        objects: dict[str, plan.ObjectType],
+    ) -> plan.Plan:
+        """Create the plan without overrides."""
+        return plan.Plan(
+            entry=first.name,
+            overrides=(),
+            scenarios=scenarios,
+            actions=actions,
+            modifiers=self.modifiers(scenarios.values(), actions.values(), objects.values()),
+            objects=objects,
+            globals=self._expressions.values.globals(),
+            structures=self._program.structures,
+            methods=self._program.methods,
+            file=self._checked.sources.entry.file.name,
+            coverage=self._checked.coverage,
+        )
 
-    def entry(
-        self, symbol: TypeSymbol, overrides: Mapping[str, str], constraints: Sequence[str]
-    ) -> tuple[plan.Scenario, tuple[plan.Constraint, ...], Set[str]]:
-        """Create the entry scenario.
+    def outside(
+        self,
+        entry: TypeSymbol,
+        named: Mapping[str, Invocation],
+        overrides: Mapping[str, str],
+        constraints: Sequence[str],
+        bag: Bag,
+    ) -> _Outside:
+        """Create the constraints from outside; report invalid ones.
 
-        Returns:
-            The scenario, the constraints from outside on its parameters and on global ones, and the paths of
-            parameters that these concern.
+        Args:
+            entry: The entry scenario.
+            named: Its invocations by name.
+            overrides: Values by path.
+            constraints: Further constraints.
+            bag: Bag for messages.
         """
-        scenario = self.scenario(symbol)
-        named = named_invocations(scenario.body)
         invoked = {name: self._symbols[invoked_name(each)] for name, each in named.items()}
-        scope = scope_of(symbol, symbol.home)
-        given = Overrides(self._expressions, scope, self.bag, invoked).constraints(overrides)
-        outside = outside_constraints(constraints, self._expressions, scope, self.bag, invoked)
+        expressions, scope = Expressions(self._program, bag, strict=False), scope_of(entry, entry.home)
+        given = Overrides(expressions, scope, bag, invoked).constraints(overrides)
+        outside = outside_constraints(constraints, expressions, scope, bag, invoked)
         added: defaultdict[Invocation, list[plan.Constraint]] = defaultdict(list)
         for name, found in given.of_invocations.items():
             added[named[name]] += found
         for each in outside:
             if each.invocation:
                 added[named[each.invocation]].append(each.constraint)
-        if scenario.body is not None and added:
-            scenario = replace(scenario, body=constrained(scenario.body, added))
         own = [each for each in outside if not each.invocation]
-        bounded = {*overrides, *(path.rpartition("::")[2] for each in own for path in each.paths)}
-        return scenario, (*given.own, *(each.constraint for each in own)), bounded
+        paths = {*overrides, *(path.rpartition("::")[2] for each in own for path in each.paths)}
+        return _Outside((*given.own, *(each.constraint for each in own)), added, paths)
 
-    def check_values(self, symbol: TypeSymbol, bounded: Set[str]) -> None:
+    def check_globals(self, entry: TypeSymbol, bounded: Set[str], bag: Bag) -> None:
+        """Report global parameters without a value and without a constraint from outside."""
+        for declaration, home in self._program.global_declarations:
+            may_be_constrained = declaration.constraints or may_lack_values(entry)
+            for name in declaration.names if not may_be_constrained else ():
+                symbol = self._program.globals[home.namespace_of(name), name.text]
+                lacking = self._expressions.values.lacking(symbol)
+                if any(not _is_set(path.rpartition("::")[2], bounded) for path in lacking):
+                    bag.add(messages.global_without_value, symbol.span, symbol.text)
+
+    def check_values(self, entry: TypeSymbol, bounded: Set[str], bag: Bag) -> None:
         """Report fields of the entry scenario without a value and without a constraint from outside."""
-        values = self._expressions.values
-        fields = symbol.inventory.fields
-        for path in values.lacking_of(symbol, {}):
+        fields = entry.inventory.fields
+        for path in self._expressions.values.lacking_of(entry, {}):
             if not _is_set(path, bounded):
-                self.bag.add(messages.missing_value, fields[path.partition(".")[0]].span, path)
+                bag.add(messages.missing_value, fields[path.partition(".")[0]].span, path)
 
 
 def _is_set(path: str, bounded: Set[str]) -> bool:

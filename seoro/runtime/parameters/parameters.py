@@ -168,6 +168,8 @@ def choose_parameters(
         for applied in invocation.applied:
             fill_modifier(applied)
         return fields
+    if overrides and _settle(plan, roots, made, invocation, overrides):
+        return fields
     from seoro.runtime.choose.choose import choose  # noqa: PLC0415 - rarely needed
 
     around = invocation.around
@@ -188,6 +190,25 @@ def choose_parameters(
         times=invocation.times,
     )
     return fields
+
+
+def _settle(
+    plan: Plan,
+    roots: tuple[Structure, ...],
+    made: Made,
+    invocation: Invocation,
+    overrides: tuple[Constraint, ...],
+) -> bool:
+    """Set the values of the entry scenario if overrides settle them."""
+    if invocation.applied or invocation.times is None:
+        return False
+    from seoro.runtime.choose.settled import settle  # noqa: PLC0415 - for runs with overrides only
+
+    times, windows = invocation.times.plain()
+    is_settled = settle(made.fields, roots, overrides, times, _scope(plan, made, invocation), evaluate)
+    if is_settled:
+        made.windows = windows
+    return is_settled
 
 
 def _scope(plan: Plan, made: Made, invocation: Invocation) -> Environment:
