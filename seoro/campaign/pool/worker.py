@@ -91,3 +91,4 @@ async def _work(job: Job, control: int, connection: socket.socket) -> None:
         listening.cancel()
         transport.close()
         rows.close()
+        worker.close()

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
-import shutil
 import time
-from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,6 +18,7 @@ from seoro.campaign.store.folder import KEPT
 from seoro.campaign.work.job import Job
 from seoro.campaign.work.measurements import of_robots, reason_key, values_of
 from seoro.campaign.work.outputs import recording, save_artifacts
+from seoro.campaign.work.scratch import Scratch
 from seoro.campaign.work.watching import Watching
 from seoro.embed.options import Options
 from seoro.embed.preparation import prepare
@@ -36,7 +35,7 @@ class Stopped(Exception):
 
 
 class Worker:
-    """Makes runs, one after another.
+    """Makes runs, one after another; close it at the end.
 
     Args:
         job: Shared data of all runs.
@@ -51,8 +50,13 @@ class Worker:
         self._endpoint = endpoint
         self._simulator = simulator
         self._host = platform.node()
+        self._scratch = Scratch(job.folder / KEPT / f".{name}")
         self._run: Run | None = None
         self._is_stopped = False
+
+    def close(self) -> None:
+        """Remove the files of the present run."""
+        self._scratch.close()
 
     def stop(self) -> None:
         """Stop the present run, with its clean-up."""
@@ -86,22 +90,18 @@ class Worker:
 
     async def _end(self, planned: Planned) -> dict[str, Any]:
         """Make a run; returns the fields of its row that depend on how it ends."""
-        folder = self._job.folder / KEPT / f"{planned.number:06}"
-        made = folder.with_name(f".{folder.name}-{self._name}")
-        made.mkdir(parents=True, exist_ok=True)
-        watching = Watching(made / TRACE if self._job.keep != "none" else None)
+        files = self._scratch.empty()
+        watching = Watching(files / TRACE if self._job.keep != "none" else None)
         try:
-            fields = await self._watched(planned, watching, made)
+            fields = await self._watched(planned, watching, files)
             if self._is_kept(fields["status"]):
                 watching.save()
-                shutil.rmtree(folder, ignore_errors=True)
-                made.replace(folder)
+                folder = self._job.folder / KEPT / f"{planned.number:06}"
+                self._scratch.keep_as(folder)
                 fields["folder"] = folder.relative_to(self._job.folder).as_posix()
             return fields
         finally:
             watching.close()
-            with suppress(FileNotFoundError):
-                shutil.rmtree(made)
 
     def _is_kept(self, end: End) -> bool:
         keep = self._job.keep

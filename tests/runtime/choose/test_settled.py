@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -110,9 +111,14 @@ def test_settled_values_equal_those_of_the_solver(
 @pytest.mark.parametrize(("members", "overrides"), OPEN)
 def test_the_solver_decides_what_is_open(tmp_path: Path, members: str, overrides: Mapping[str, str]) -> None:
     tried: list[bool] = []
+    settle = settled.settle
+
+    def noted(*given: Any) -> bool:
+        tried.append(settle(*given))
+        return tried[-1]
+
     with pytest.MonkeyPatch.context() as patch:
-        settle = settled.settle
-        patch.setattr(settled, "settle", lambda *given: tried.append(settle(*given)) or tried[-1])
+        patch.setattr(settled, "settle", noted)
         outcome = _outcome(tmp_path, members, overrides, 7)
     assert outcome == _by_solver(tmp_path, members, overrides, 7)
     assert not any(tried)
