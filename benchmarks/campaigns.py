@@ -4,6 +4,7 @@ Part `intervals`: how often intervals exclude the true rate, and how many runs a
 Part `search`: runs until the first failure of each strategy, for a planted failure of 0.26 % of the space.
 Part `covering`: rows and processor time of covering arrays.
 Part `report`: processor time, memory and size of a report.
+Part `rate`: processor time of campaigns of short runs, of all their processes, and time to the first row.
 """
 
 from __future__ import annotations
@@ -11,13 +12,17 @@ from __future__ import annotations
 import argparse
 import resource
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
+from datetime import datetime
 from pathlib import Path
 
 from seoro.campaign.report.page import write_report
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.statistics.sequential_test import SequentialTest
+from seoro.campaign.store.folder import read_rows
 from seoro.campaign.strategies.contract import Strategy
 from seoro.campaign.strategies.covering import covering_rows
 from seoro.campaign.strategies.latin import Latin
@@ -28,6 +33,20 @@ from tests.campaign.generated import generate
 from tests.campaign.planted import COLUMN, Planted, runs_until_failure
 from tests.campaign.statistics.exact import decisions, probability_of_exclusion
 
+TRIVIAL = """import osc.types
+import osc.helpers
+
+scenario trivial:
+    pause: time with:
+        keep(it in [1s, 2s, 3s, 4s, 5s, 6s, 7s, 8s])
+    load: float with:
+        keep(it in [0.0..1.0])
+    cover(load, range: [0..1], every: 0.1)
+    record(pause, unit: s)
+    do serial:
+        wait elapsed(pause)
+        compare(load, "<", 0.9)
+"""
 RATES = (0.5, 0.9, 0.97)
 MOST = 400  # runs of a search
 ARRAYS = ((10, 4, 2), (20, 5, 2), (8, 3, 3), (10, 4, 3))  # parameters, values, strength
@@ -93,15 +112,49 @@ def report(runs: int) -> None:
     print(f"report of {runs:,} runs: {taken:.1f} s, {size:,} bytes, {memory:.0f} MB")
 
 
+def rate(runs: int) -> None:
+    """Print what short runs take, with one worker.
+
+    Args:
+        runs: Number of runs.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "trivial.osc"
+        file.write_text(TRIVIAL)
+        command = [
+            sys.executable,
+            "-m",
+            "seoro.cli.main",
+            "campaign",
+            "run",
+            str(file),
+            "--clock",
+            "virtual",
+            "--seed",
+            "1",
+        ]
+        for number, wanted in ((1, "one run"), (runs, f"{runs:,} runs")):
+            out = Path(folder) / str(number)
+            before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.time()
+            options = ["--levels", "125000", "--runs", str(number), "-j", "1", "--keep", "none", "-o", str(out)]
+            subprocess.run([*command, *options], stdout=subprocess.DEVNULL, check=False)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            taken = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            first = min(datetime.fromisoformat(row.started).timestamp() for row in read_rows(out)) - begun
+            print(
+                f"{wanted}: {taken:.2f} s, {number / taken:.0f} runs per s; the first begins after {first:.2f} s"
+            )
+
+
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=["intervals", "search", "covering", "report"])
-    parser.add_argument("--runs", type=int, default=2000, help="of intervals and report")
+    parser.add_argument("part", choices=["intervals", "search", "covering", "report", "rate"])
+    parser.add_argument("--runs", type=int, default=2000, help="of intervals, report and rate")
     parser.add_argument("--repetitions", type=int, default=100, help="of search and covering")
     options = parser.parse_args()
-    if options.part in ("intervals", "report"):
-        {"intervals": intervals, "report": report}[options.part](options.runs)
+    if options.part in ("intervals", "report", "rate"):
+        {"intervals": intervals, "report": report, "rate": rate}[options.part](options.runs)
     else:
         {"search": search, "covering": covering}[options.part](options.repetitions)
 

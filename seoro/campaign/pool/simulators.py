@@ -15,7 +15,6 @@ from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Final
 
-from seoro.bridges.launch import check_installed, folder_for_sockets
 from seoro.errors import BackendError
 from seoro.lang.frozen import Value
 
@@ -46,6 +45,11 @@ async def simulator_node(name: str) -> AsyncIterator[Node]:
         UsageError: The simulator is unknown or not installed.
         BackendError: It did not start.
     """
+    from seoro.bridges.launch import (  # noqa: PLC0415 - for campaigns with a simulator only
+        check_installed,
+        folder_for_sockets,
+    )
+
     check_installed(name)
     with tempfile.TemporaryDirectory(prefix="seoro-", dir=folder_for_sockets()) as folder:
         endpoint = f"unixsock-stream/{Path(folder) / 'hub.sock'}"

@@ -9,9 +9,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-# Loaded before the fork, since most runs use a simulator.
-import seoro.bridges.launch
-import seoro.bridges.wire.all_messages  # noqa: F401
 from seoro.campaign.pool.worker import work
 from seoro.campaign.store.folder import read_campaign
 from seoro.campaign.work.job import load_job
@@ -21,7 +18,11 @@ from seoro.concurrency.forks.serving import serve_forks
 def main(arguments: Sequence[str]) -> None:
     """Fork workers until the campaign ends."""
     requests, reports, folder = int(arguments[0]), int(arguments[1]), Path(arguments[2])
-    job = load_job(read_campaign(folder), folder)
+    campaign = read_campaign(folder)
+    job = load_job(campaign, folder)
+    if campaign.manifest.options.simulator is not None:  # loaded once, for all workers
+        import seoro.bridges.launch  # noqa: PLC0415
+        import seoro.bridges.wire.all_messages  # noqa: F401, PLC0415
     descriptors = serve_forks(requests, reports)
     if descriptors is not None:
         work(job, *descriptors)

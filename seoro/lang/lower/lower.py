@@ -98,7 +98,7 @@ def lower(
 
 
 class Plans:
-    """Plans of one scenario with different overrides; what they share is created once.
+    """Plans of one scenario with different overrides; all but these is created once.
 
     Args:
         checked: The result of `check`.
