@@ -14,7 +14,7 @@ from typing import Final, TypeAlias
 
 from seoro.bundle.pack import pack
 from seoro.embed.directives import directive_comments
-from seoro.embed.options import ROS_SIMULATOR, Options, Simulator
+from seoro.embed.options import ROS_SIMULATOR, Options
 from seoro.embed.parameter_files import read_parameters
 from seoro.embed.scenarios import Scenario
 from seoro.errors import UsageError
@@ -168,33 +168,6 @@ class Emitter:
                 uri = os.path.relpath(imported, place)
                 span = statement.span
                 yield span.start, span.end, span.text.replace(statement.uri, uri)
-
-
-def exec_words(options: Options) -> list[str]:
-    """Return the options of `seoro exec` for a written file, which its directives do not have.
-
-    Args:
-        options: Options that all runs share.
-    """
-    words = [] if options.name is None else ["--scenario", options.name]
-    words += [] if options.clock is None else ["--clock", options.clock]
-    words += [] if options.lab is None else ["--lab", os.fspath(options.lab.file)]
-    if options.ros is not None:
-        words += ["--ros", f"{options.ros.endpoint}?domain={options.ros.domain}"]
-    return words if options.simulator is None else [*words, *_simulator_words(options.simulator)]
-
-
-def _simulator_words(simulator: Simulator) -> Iterator[str]:
-    if simulator.endpoint is not None:
-        yield from ("--connect", simulator.endpoint)
-    if simulator.name == ROS_SIMULATOR:
-        yield from ("--sim", ROS_SIMULATOR, *([] if simulator.world is None else ["--world", simulator.world]))
-    if simulator.snapshot is not None:
-        yield from ("--from-snapshot", os.fspath(simulator.snapshot))
-    for folder in simulator.model_path:
-        yield from ("--model-path", os.fspath(folder))
-    if simulator.rate != 1.0:
-        yield from ("--rate", "max" if simulator.rate == float("inf") else f"{simulator.rate:g}")
 
 
 def _place(path: Path, content: bytes) -> None:

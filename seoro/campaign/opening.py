@@ -186,23 +186,36 @@ def reopen(folder: Path, runs: int | None = None) -> tuple[CampaignFolder, Scena
         UsageError: The folder is not that of a campaign, or files of the scenario have changed.
     """
     campaign = read_campaign(folder)
-    root = Path(campaign.manifest.root or ".")
-    changed = [file.path for file in campaign.manifest.files if _hash(root / file.path) != file.hash]
-    if changed:
-        raise UsageError(
-            f"{folder} cannot be continued: {', '.join(changed)} changed since it began",
-            help="restore the file, or start another campaign in another folder",
-        )
-    if campaign.version != __version__:
-        raise UsageError(
-            f"{folder} cannot be continued: it began with seoro {campaign.version}, this is {__version__}",
-            help=f"pip install 'seoro=={campaign.version}', or start another campaign in another folder",
-        )
+    check_unchanged(campaign, f"{folder} cannot be continued", "start another campaign in another folder")
     opened = CampaignFolder(folder, campaign)
     if runs is not None:
         opened.campaign = campaign.model_copy(update={"runs": runs, "is_extended": True})
         write_campaign(folder, opened.campaign)
-    return opened, load(root / campaign.manifest.entry)
+    return opened, load(Path(campaign.manifest.root or ".") / campaign.manifest.entry)
+
+
+def check_unchanged(campaign: CampaignFile, refusal: str, instead: str) -> None:
+    """Check that a campaign can have more runs, or the same ones again.
+
+    Args:
+        campaign: Content of its `campaign.json`.
+        refusal: Beginning of the error, such as `out/ cannot be continued`.
+        instead: Another way for the user, such as `start another campaign`.
+
+    Raises:
+        UsageError: Files of the scenario have changed, or this is another version of seoro.
+    """
+    root = Path(campaign.manifest.root or ".")
+    changed = [file.path for file in campaign.manifest.files if _hash(root / file.path) != file.hash]
+    if changed:
+        raise UsageError(
+            f"{refusal}: {', '.join(changed)} changed since it began", help=f"restore the file, or {instead}"
+        )
+    if campaign.version != __version__:
+        raise UsageError(
+            f"{refusal}: it began with seoro {campaign.version}, this is {__version__}",
+            help=f"pip install 'seoro=={campaign.version}', or {instead}",
+        )
 
 
 @asynccontextmanager

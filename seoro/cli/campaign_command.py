@@ -20,6 +20,7 @@ from seoro.campaign.store.folder import CampaignFolder, read_rows
 from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
 from seoro.cli.campaign_progress import Progress, print_status, seeds_text
+from seoro.cli.campaign_replay import add_replay, replay
 from seoro.cli.campaign_request import add_kept_files, asked_of
 from seoro.cli.campaign_results import print_files, write_results
 from seoro.cli.campaign_stopping import add_stopping, status_of_test, watch_of
@@ -39,6 +40,7 @@ EXAMPLES = """examples:
   seoro campaign status out/
   seoro campaign resume out/ --runs 5000
   seoro campaign report out/
+  seoro campaign replay out/ 123
 
 A campaign varies each parameter with a constraint `in`, such as `keep(noise in [0.0, 0.1, 0.2])` or
 `keep(noise in [0.0..0.2])`, that is not set with `--set` or `--params`.
@@ -93,6 +95,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     status.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     report = add_command(commands, "report", "write the results again: report.html, runs.csv, test.xml")
     report.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
+    add_replay(commands)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -100,6 +103,8 @@ def run(options: argparse.Namespace) -> int:
     if options.what == "status":
         print_status(options.folder)
         return Exit.PASSED
+    if options.what == "replay":
+        return replay(options)
     if options.what == "report":
         with write_errors(options.folder):
             print_files(write_results(options.folder))

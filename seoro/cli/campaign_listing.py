@@ -7,7 +7,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Final
 
-from seoro.campaign.emit import Emitter, exec_words
+from seoro.campaign.after.exec_options import words_beyond_directives
+from seoro.campaign.emit import Emitter
 from seoro.campaign.listing import possible_runs
 from seoro.campaign.opening import Asked
 from seoro.campaign.runs import title_of
@@ -75,5 +76,5 @@ def emit_runs(scenario: Scenario, options: Options, space: Space, asked: Asked, 
         for run in runs:
             emitter.write(f"{stem}_{run.number}.osc", run.values, run.seed)
     print(f"  {folder}/{stem}_*.osc  {count(len(runs))}")
-    command = ["seoro", "exec", str(folder / f"{stem}_{runs[0].number}.osc"), *exec_words(options)]
+    command = ["seoro", "exec", str(folder / f"{stem}_{runs[0].number}.osc"), *words_beyond_directives(options)]
     print(f"  run one with `{shlex.join(command)}`")

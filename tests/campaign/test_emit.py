@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from seoro.campaign.emit import Emitter, exec_words
+from seoro.campaign.after.exec_options import words_beyond_directives
+from seoro.campaign.emit import Emitter
 from seoro.cli.main import main
 from seoro.embed import load
 from seoro.embed.options import Lab, Options, Ros, Simulator
@@ -111,14 +112,23 @@ def test_simulator_and_world_are_directives(home: Path) -> None:
     written = Emitter(load(home / "main.osc"), options, Path("smoke")).write("one.osc", {"load": "4"}, 7)
     text = written.path.read_text()
     assert "# seoro: simulators mujoco\n# seoro: world ../hall.yaml?wall_height=2\n" in text
-    assert exec_words(options) == ["--rate", "max"]
+    assert words_beyond_directives(options) == ["--rate", "max"]
 
 
 def test_other_options_belong_to_the_command() -> None:
-    assert exec_words(Options(name="x", clock="virtual", lab=Lab("lab.yaml"))) == [
+    assert words_beyond_directives(Options(name="x", clock="virtual", lab=Lab("lab.yaml"))) == [
         "--scenario", "x", "--clock", "virtual", "--lab", "lab.yaml"
     ]  # fmt: skip
     ros = Options(ros=Ros("tcp/a:1", 3), simulator=Simulator("ros", world="w.sdf", rate=2.0))
-    assert exec_words(ros) == ["--ros", "tcp/a:1?domain=3", "--sim", "ros", "--world", "w.sdf", "--rate", "2"]
+    assert words_beyond_directives(ros) == [
+        "--ros",
+        "tcp/a:1?domain=3",
+        "--sim",
+        "ros",
+        "--world",
+        "w.sdf",
+        "--rate",
+        "2.0",
+    ]
     saved = Options(simulator=Simulator(endpoint="tcp/b:1", snapshot="s", model_path=["m"], rate=1.0))
-    assert exec_words(saved) == ["--connect", "tcp/b:1", "--from-snapshot", "s", "--model-path", "m"]
+    assert words_beyond_directives(saved) == ["--connect", "tcp/b:1", "--from-snapshot", "s", "--model-path", "m"]

@@ -130,7 +130,7 @@ def test_a_report_shows_what_fails_where_and_how_to_repeat_it(tmp_path: Path) ->
     text = write_report(tmp_path).read_text(encoding="utf-8")
     failed = [each for each in rows(1500) if each.status is End.FAILED]
     assert f"{1500 - len(failed):,} passed, {len(failed)} failed" in text
-    assert f"seoro exec maze.osc --set load={failed[0].values['load']}" in text
+    assert f"seoro campaign replay {tmp_path} {failed[0].run}<" in text
     order = [text.index(f"<h3>{name}") for name in ("load</h3>", "load (down) and ", "lights")]
     assert order == sorted(order), "what matters most comes first"
     assert f'href="kept/{failed[0].run:06}/"' in text

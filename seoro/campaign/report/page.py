@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 from typing import Final
@@ -11,8 +11,7 @@ from typing import Final
 from seoro.campaign.report import sections
 from seoro.campaign.report.style import STYLE
 from seoro.campaign.report.summary import Summary, summarize
-from seoro.campaign.runs import Planned
-from seoro.campaign.store.folder import CampaignFile, find_planned, read_campaign, read_rows
+from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
 
 REPORT: Final = "report.html"
 _CONTROLS: Final = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # invalid in HTML, or not UTF-8
@@ -33,20 +32,19 @@ def write_report(folder: Path) -> Path:
     """
     campaign = read_campaign(folder)
     summary = summarize(read_rows(folder), campaign.seed)
-    examples = {group.example.run for group in summary.failures.values()}
-    text = "".join(page(summary, campaign, find_planned(folder, examples)))
+    text = "".join(page(summary, campaign, folder))
     path = folder / REPORT
     path.write_text(_CONTROLS.sub("\ufffd", text), encoding="utf-8")
     return path
 
 
-def page(summary: Summary, campaign: CampaignFile, planned: Mapping[int, Planned]) -> Iterator[str]:
+def page(summary: Summary, campaign: CampaignFile, folder: Path) -> Iterator[str]:
     """Yield the parts of the page.
 
     Args:
         summary: Summary of the rows.
         campaign: Content of `campaign.json`.
-        planned: Planned runs by number, at least the examples of failures.
+        folder: Folder of the campaign.
     """
     title = escape(campaign.manifest.shown)
     yield '<!doctype html><html lang="en"><head><meta charset="utf-8">'
@@ -54,7 +52,7 @@ def page(summary: Summary, campaign: CampaignFile, planned: Mapping[int, Planned
     yield f"<title>{title}: campaign</title><style>{STYLE}</style></head><body>"
     yield f"<h1>{title}</h1>"
     yield from sections.verdict(summary, campaign)
-    yield from sections.failures(summary, campaign, planned)
+    yield from sections.failures(summary, folder)
     yield from sections.parameters(summary)
     yield from sections.measurements(summary)
     yield from sections.coverage(summary)

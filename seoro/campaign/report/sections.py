@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import shlex
+from collections.abc import Iterator, Sequence
 from html import escape
+from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
 from seoro.campaign.report.charts import coverage_bar, floor_of, heat_map, histogram, interval, rate_chart
 from seoro.campaign.report.columns import text_of
-from seoro.campaign.report.commands import command_of
 from seoro.campaign.report.coverage import ItemCounts
 from seoro.campaign.report.grouping import influence
 from seoro.campaign.report.summary import SAMPLE, Summary
-from seoro.campaign.runs import End, Planned, Row
+from seoro.campaign.runs import End, Row
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.stopping.rules import percent
 from seoro.campaign.store.folder import CampaignFile
@@ -62,7 +63,7 @@ def _interval_of(passed: int, summary: Summary, campaign: CampaignFile) -> str:
     return f" (95 % interval{'' if is_fixed else ', valid at any time'}: {interval(bounds)})"
 
 
-def failures(summary: Summary, campaign: CampaignFile, planned: Mapping[int, Planned]) -> Iterator[str]:
+def failures(summary: Summary, folder: Path) -> Iterator[str]:
     """Yield the groups of runs that did not pass, the largest first, each with a command for its first run."""
     groups = sorted(summary.failures.items(), key=lambda item: -item[1].count)
     if not groups:
@@ -75,9 +76,8 @@ def failures(summary: Summary, campaign: CampaignFile, planned: Mapping[int, Pla
         first = group.example
         yield f"<p>{first.status.value.capitalize()}{place}. First: run {first.run}{_link(first)}"
         yield f": {_text(first.reason)}</p>" if first.reason not in (reason, "") else "</p>"
-        if first.run in planned:
-            yield f"<pre>{escape(command_of(campaign, planned[first.run]))}</pre>"
-        yield "</div>"
+        command = shlex.join(["seoro", "campaign", "replay", str(folder), str(first.run)])
+        yield f"<pre>{escape(command)}</pre></div>"
     rest = groups[_FAILURES:]
     if rest:
         yield f'<p class="note">{_runs(sum(group.count for _, group in rest))} with {len(rest)} other reasons</p>'

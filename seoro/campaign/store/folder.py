@@ -6,6 +6,7 @@
 | `asked.jsonl` | planned runs, written before they begin |
 | `runs/WORKER.jsonl` | a row for each ended run, one file per worker |
 | `kept/000123/` | trace and files of a run |
+| `replayed/000123/` | results of a run that was repeated |
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ ASKED: Final = "asked.jsonl"
 RUNS: Final = "runs"
 COORDINATOR: Final = "coordinator"  # its shard has rows of runs that ended their workers
 KEPT: Final = "kept"
+REPLAYED: Final = "replayed"
 LOCK: Final = "lock"
 DERIVED: Final = ("runs.csv", "runs.parquet", "test.xml", "report.html")  # can be made again
 _NUMBER: Final = re.compile(rb'\{"number": ?(\d{1,18})\b')
@@ -162,7 +164,7 @@ def create_folder(folder: Path, campaign: CampaignFile, *, overwrite: bool) -> C
 
 
 def _remove_campaign(folder: Path) -> None:
-    for name in (RUNS, KEPT):
+    for name in (RUNS, KEPT, REPLAYED):
         shutil.rmtree(folder / name, ignore_errors=True)
     for name in (ASKED, *DERIVED, CAMPAIGN):
         (folder / name).unlink(missing_ok=True)

@@ -12,6 +12,18 @@ from seoro.runtime.trace.jsonl import to_line
 IN_MEMORY = 4 << 20  # [bytes] of a trace, before it goes to a file
 
 
+def lasting_part(record: dict[str, Any], line: bytes) -> bytes:
+    """Return the part of a line of a trace that is equal in equal runs: without times of the machine.
+
+    Args:
+        record: The record.
+        line: The record as a line.
+    """
+    if record["kind"] == "run.end":  # has the wall time of clean-ups
+        line = to_line({**record, "cancelled": None})
+    return line[:-1].replace(record["wall"].encode(), b"", 1)
+
+
 class Watching:
     """Observes one run; close it at the end.
 
@@ -32,8 +44,7 @@ class Watching:
         if record["kind"] in ("cover", "record"):
             self.samples.update(of_item(record))
         line = to_line(record)
-        lasting = to_line({**record, "cancelled": None}) if record["kind"] == "run.end" else line
-        self._hash.update(lasting[:-1].replace(record["wall"].encode(), b"", 1))
+        self._hash.update(lasting_part(record, line))
         if self._path is not None:
             self._lines.append(line)
             self._size += len(line)
