@@ -165,7 +165,12 @@ class CommandedWorld(SimulatedWorld):
     def _emit_result(self, end: GoalResult) -> None:
         self._emit(
             wire.Occurrence(
-                id=end.id, time=self.time, outcome=end.outcome, message=end.message, interrupted=end.interrupted
+                id=end.id,
+                time=self.time,
+                outcome=end.outcome,
+                message=end.message,
+                interrupted=end.interrupted,
+                margin=end.margin,
             )
         )
 

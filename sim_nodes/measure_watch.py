@@ -22,6 +22,11 @@ def area_distance(area: Area, x: float, y: float) -> float:
     return math.hypot(max(area.x_min - x, 0.0, x - area.x_max), max(area.y_min - y, 0.0, y - area.y_max))
 
 
+def area_depth(area: Area, x: float, y: float) -> float:
+    """Return the distance of a point within an area to its border [m]."""
+    return min(x - area.x_min, area.x_max - x, y - area.y_min, area.y_max - y)
+
+
 def tilt_of(orientation: Quaternion) -> float:
     """Return the angle between the z axis of a frame and the vertical [rad]."""
     _, x, y, _ = orientation
@@ -32,7 +37,8 @@ def tilt_of(orientation: Quaternion) -> float:
 class MeasureWatch(Watch):
     """True when a measure of an entity has reached a limit; never while the entity is unknown.
 
-    `total` sums the path [m], the ticks in the area, or the work [J] since the watch began, up to `tick`.
+    `total` sums the path [m], the ticks in the area, or the work [J] since the watch began, up to `tick`. `value`
+    is the measure in that tick, in its unit, and `nearest` its least distance to the limit so far.
     """
 
     entity: str
@@ -41,6 +47,13 @@ class MeasureWatch(Watch):
     position: tuple[float, float]  # [m] at that tick
     work: float = 0.0  # of the robot's motors up to that tick [J]
     total: float = 0.0
+    value: float | None = None
+    nearest: float | None = None
+
+    @property
+    def margin(self) -> float | None:
+        """Least distance of the measure to the limit, negative beyond it; None if it was never known."""
+        return self.nearest
 
     @property
     def watched_robot(self) -> str | None:
@@ -48,10 +61,19 @@ class MeasureWatch(Watch):
         return self.entity if self.limit.measure in ONLY_ROBOTS else None
 
     def updated(self, world: Watched) -> MeasureWatch:
-        """Return the watch with the sum up to the present tick."""
+        """Return the watch with the sum and the measure of the present tick."""
         state = world.state_of(self.entity)
-        if self.limit.measure not in SUMS or state is None:
-            return self
+        if state is None:
+            return replace(self, value=None)
+        watch = self._summed(world, state) if self.limit.measure in SUMS else self
+        found = watch._measured(world, state)
+        if found is None:
+            return replace(watch, value=None)
+        distance = watch._distance(found[0], state)
+        nearest = distance if self.nearest is None else min(self.nearest, distance)
+        return replace(watch, value=found[0], nearest=nearest)
+
+    def _summed(self, world: Watched, state: BodyState) -> MeasureWatch:
         x, y, _ = state.position
         work = world.work(self.entity) or 0.0
         match self.limit.measure:
@@ -65,11 +87,9 @@ class MeasureWatch(Watch):
 
     def holds(self, world: Watched) -> bool:
         """Whether the limit is reached."""
-        state = world.state_of(self.entity)
-        found = None if state is None else self._measured(world, state)
-        if found is None:
+        if self.value is None:
             return False
-        return found[0] > self.limit.value if self.limit.above else found[0] <= self.limit.value
+        return self.value > self.limit.value if self.limit.above else self.value <= self.limit.value
 
     def rebased(self, before: Watched, now: Watched) -> MeasureWatch:
         """Return the watch with the same sum, from the present position."""
@@ -95,6 +115,12 @@ class MeasureWatch(Watch):
             f"after the start; expected {expected} {self.limit.value:g} {unit}"
         )
         return Outcome.SUCCEEDED, message
+
+    def _distance(self, value: float, state: BodyState) -> float:
+        """Return the distance of a value to the limit, negative beyond it; within areas, to their border."""
+        if self.limit.measure is Measure.AREA_DISTANCE and value == 0.0:
+            value = -area_depth(self.limit.area, state.position[0], state.position[1])
+        return self.limit.value - value if self.limit.above else value - self.limit.value
 
     def _measured(self, world: Watched, state: BodyState) -> tuple[float, str] | None:
         """Return the value, and the other entity of a clearance; None while the value is unknown."""

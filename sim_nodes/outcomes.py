@@ -34,9 +34,10 @@ NO_CLIENT = ""  # id of a goal whose client is gone; clients cannot use it
 
 @dataclass(frozen=True)
 class GoalResult:
-    """Result of a goal, with the id given by its client; `interrupted` as in `Occurrence`."""
+    """Result of a goal or watch, with the id given by its client; other fields as in `Occurrence`."""
 
     id: str
     outcome: Outcome
     message: str = ""
     interrupted: bool = False
+    margin: float | None = None

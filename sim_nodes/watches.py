@@ -85,6 +85,11 @@ class Watch(ABC):
         robot: str | None = getattr(self, "robot", None)
         return robot
 
+    @property
+    def margin(self) -> float | None:
+        """Least distance of a measure to its limit, negative beyond it; None of other watches."""
+        return None
+
     def updated(self, world: Watched) -> Watch:
         """Return the condition with sums up to the present tick."""
         return self
@@ -193,15 +198,15 @@ class Watches(Stateful):
             raise operation_failed(f"too many watches: {MAX_WATCHES} at most; cancel some")
         self._watches[identifier] = watch
 
-    def cancel(self, identifier: str) -> None:
-        """Cancel a watch.
+    def cancel(self, identifier: str) -> float | None:
+        """Cancel a watch; return its margin.
 
         Raises:
             RequestRefused: The watch is unknown.
         """
         if identifier not in self._watches:
             raise unknown(f"watch {identifier!r}", "active watches", self._watches)
-        del self._watches[identifier]
+        return self._watches.pop(identifier).margin
 
     def cancel_by_prefix(self, prefix: str) -> None:
         """Cancel all watches whose ids begin with a prefix."""
@@ -212,7 +217,11 @@ class Watches(Stateful):
         for identifier, watch in self._watches.items():
             self._watches[identifier] = watch.updated(world)
         true = [identifier for identifier, watch in self._watches.items() if watch.holds(world)]
-        return [GoalResult(identifier, *self._watches.pop(identifier).result(world)) for identifier in true]
+        return [self._pop(identifier, world) for identifier in true]
+
+    def _pop(self, identifier: str, world: Watched) -> GoalResult:
+        watch = self._watches.pop(identifier)
+        return GoalResult(identifier, *watch.result(world), margin=watch.margin)
 
     def carry_over(self, world: Watched) -> None:
         """Continue in a world whose robots have been reset."""

@@ -47,8 +47,15 @@ async def compare(ctx: ActionContext, left_value: Any, operator: str, right_valu
         raise ActionFailed(
             f"cannot compare `{left}` and `{right}` by `{operator}`: the types differ or have no order"
         ) from None
+    if operator not in ("==", "!=") and _is_number(left_value) and _is_number(right_value):
+        distance = right_value - left_value if operator.startswith("<") else left_value - right_value
+        ctx.record_margin(distance, right_value)
     if not is_true:
         raise ActionFailed(f"`{left} {operator} {right}` is false")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 # ---------------------------------------------------------------- processes
@@ -134,7 +141,9 @@ async def timeout(ctx: ModifierContext, child: Child, duration: float) -> Outcom
     """Cancel the behavior after a duration [s] and fail."""
     if duration < 0:
         raise ActionFailed(f"invalid `duration`: expected at least 0 s, found {duration:g} s")
+    begun = ctx.now
     outcome = await child.run(limit=duration)
+    ctx.record_margin(0.0 if outcome is None else duration - (ctx.now - begun), duration)
     return Outcome(Status.FAILED, f"timeout: still running after {duration:g} s") if outcome is None else outcome
 
 

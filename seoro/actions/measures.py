@@ -92,18 +92,23 @@ async def limit_work(ctx: ModifierContext, child: Child, max_work: float, robots
 async def _monitor(ctx: ModifierContext, child: Child, entities: Sequence[str], limit: MeasureLimit) -> Outcome:
     """Run a behavior, and fail it as soon as a measure of an entity reaches a limit."""
     reached = Interrupt()
-    watches: list[tuple[Measuring, str]] = []
+    watches: list[tuple[Measuring, str, str]] = []  # with the entity and the id
 
-    def report(found: Report) -> None:
+    def report(name: str, found: Report) -> None:
+        if found.margin is not None:
+            ctx.record_margin(found.margin, limit.value, name)
         reached.trigger(found.message)
 
     try:
         for backend, name in ctx.measuring(entities):
-            watches.append((backend, await ctx.ask(backend.watch_measure(name, limit, report))))
+            watch = await ctx.ask(backend.watch_measure(name, limit, partial(report, name)))
+            watches.append((backend, name, watch))
         outcome = await child.run(interrupt=reached)
     finally:
-        for backend, watch in watches:
-            await ctx.ask(backend.cancel_watch(watch))
+        for backend, name, watch in watches:
+            margin = await ctx.ask(backend.end_measure_watch(watch))
+            if margin is not None:
+                ctx.record_margin(margin, limit.value, name)
     return Outcome(Status.FAILED, reached.reason) if outcome is None else outcome
 
 

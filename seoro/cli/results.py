@@ -262,6 +262,7 @@ def result(
         "wall_duration": verdict.wall_duration,
         "parameters": parameters,
         "cancelled": [each.plain() for each in verdict.cancelled],
+        "margin": verdict.margin,
         "unobserved": list(verdict.unobserved),
         "coverage": [item.plain() for item in verdict.coverage],
         "files": [str(path) for path, _ in files],

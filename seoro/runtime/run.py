@@ -299,6 +299,7 @@ class Execution:
             logs=self._trace.last_logs,
             unobserved=tuple(services.unobserved),
             explanation=decision.explanation,
+            margin=services.margins.least,
         )
 
     def _decision(self) -> Decision:
@@ -317,6 +318,7 @@ class Execution:
             source=str(verdict.span) if verdict.span else "",
             explanation=verdict.explanation.plain() if verdict.explanation else None,
             duration=verdict.duration,
+            **({"margin": verdict.margin} if verdict.margin is not None else {}),
             **({"unobserved": list(verdict.unobserved)} if verdict.unobserved else {}),
             # In whole tenths of seconds, so that traces depend less on the load of the machine.
             cancelled=[each.plain() | {"clean_up": int(each.clean_up * 10) / 10} for each in verdict.cancelled],

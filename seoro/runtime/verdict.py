@@ -167,6 +167,8 @@ class Verdict(Value):
         logs: Last logs, formatted.
         unobserved: Moved robots whose contacts are not reported.
         explanation: Waits and running behaviors at the decision; None for a passed run.
+        margin: Least distance of a checked value to its limit, as a share of the limit; negative beyond it. None
+            without such a check.
     """
 
     status: RunStatus
@@ -182,6 +184,7 @@ class Verdict(Value):
     logs: tuple[str, ...] = ()
     unobserved: tuple[str, ...] = ()
     explanation: Explanation | None = None
+    margin: float | None = None
 
     def __repr__(self) -> str:
         reason = f" {self.reason!r}" if self.reason else ""

@@ -25,6 +25,7 @@ _FIELDS: Final[dict[str, dict[str, type]]] = {
     "log": {"message": str, "level": str},
     "cover": {"item": str},
     "record": {"item": str},
+    "margin": {"check": str, "value": float, "source": str},
     "run.end": {"status": str, "reason": str},
 }
 # Field with the path or the name of what a record is about.

@@ -13,7 +13,10 @@ from seoro.traces.explanation_text import explanation_lines
 from seoro.traces.reader import Record, sample, shown
 
 MARKS = {"succeeded": "+", "failed": "x", "cancelled": "-"}
-_SHOWN = {"behavior.start", "behavior.end", "run.start", "run.end", "log", "event", "variable", "cover", "record"}
+_SHOWN = {
+    "behavior.start", "behavior.end", "run.start", "run.end", "log", "event", "variable", "cover", "record",
+    "margin",
+}  # fmt: skip
 _MAX_DEPTH = 30  # of indentation
 
 
@@ -134,6 +137,9 @@ def _line(record: Record, depth: int, running: dict[int, _Open]) -> Line:
             return Line(time, depth, "=", record["path"], shown(record.get("value")))
         case "cover" | "record":
             return Line(time, depth, "#", record["item"], sample(record))
+        case "margin":
+            entity = f" {record['entity']}" if record.get("entity") else ""
+            return Line(time, depth, "~", f"margin of {record['check']}{entity}", f"{record['value']:.3g}")
         case _:
             rest = {name: value for name, value in record.items() if name not in ("seq", "t", "wall", "kind")}
             return Line(time, depth, "?", kind, shown(rest))

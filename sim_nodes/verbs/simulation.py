@@ -52,8 +52,8 @@ def cancel_goal(simulator: Simulator, request: wire.CancelGoal) -> None:
     simulator.simulation.cancel_goal(request.id)
 
 
-def cancel_watch(simulator: Simulator, request: wire.CancelWatch) -> None:
-    simulator.simulation.watches.cancel(request.id)
+def cancel_watch(simulator: Simulator, request: wire.CancelWatch) -> wire.CancelledWatch:
+    return wire.CancelledWatch(margin=simulator.simulation.watches.cancel(request.id))
 
 
 def save_state(simulator: Simulator, _: wire.Empty) -> wire.Snapshot:

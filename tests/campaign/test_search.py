@@ -145,7 +145,6 @@ def test_a_search_has_the_same_runs_with_other_workers_and_after_an_interruption
     monkeypatch.chdir(tmp_path)
     Path("main.osc").write_text(TEXT)
     command = ["campaign", "run", "main.osc", "--strategy", "search", "--clock", "virtual", "--seed", "5"]
-    command += ["--minimize", "duration"]
     tables = []
     for folder, jobs, runs in (("one", "1", "45"), ("resumed", "2", "29")):
         main([*command, "-j", jobs, "--runs", runs, "-o", folder])
@@ -155,5 +154,6 @@ def test_a_search_has_the_same_runs_with_other_workers_and_after_an_interruption
         tables.append([{key: each[key] for key in each if key not in OF_THE_MACHINE} for each in rows])
     assert tables[0] == tables[1] and len(tables[0]) == 45
     assert "failed" in {each["status"] for each in tables[0][20:]}
-    assert main([*command[:-1], "clearance", "--runs", "30", "-o", "unknown", "-j", "1"]) == 2
+    assert all((float(each["margin"]) < 0.0) == (each["status"] == "failed") for each in tables[0])
+    assert main([*command, "--minimize", "clearance", "--runs", "30", "-o", "unknown", "-j", "1"]) == 2
     assert "no run has a number in the column `clearance`" in capsys.readouterr().err

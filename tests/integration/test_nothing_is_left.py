@@ -142,7 +142,7 @@ async def left_at(endpoint: str) -> list[str]:
         return left + (["a velocity"] if await _moves(address) else [])
 
 
-async def _is_there(cancelled: Awaitable[wire.Empty]) -> bool:
+async def _is_there(cancelled: Awaitable[wire.Empty] | Awaitable[wire.CancelledWatch]) -> bool:
     try:
         await cancelled
     except BackendRefused as refused:

@@ -64,6 +64,36 @@ def test_each_measure_is_watched(empty: Client) -> None:
     assert fired["stay"][0] == pytest.approx(fired["in"][0] + 0.52, abs=0.03)
 
 
+def test_watches_return_their_margin(empty: Client) -> None:
+    empty.spawn("box", pose(1.2, 0.0, z=0.1))
+    limits = {
+        "near": MeasureLimit(Measure.CLEARANCE, 0.5, above=False, other="box"),
+        "hit": MeasureLimit(Measure.CLEARANCE, 0.7, above=False),
+        "fast": MeasureLimit(Measure.SPEED, 1.0, above=True),
+        "way": MeasureLimit(Measure.PATH_LENGTH, 1.0, above=True),
+        "in": MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=True, area=Area(x_max=0.6)),
+        "out": MeasureLimit(Measure.AREA_DISTANCE, 0.0, above=False, area=Area(x_min=0.7)),
+    }
+    for name, limit in limits.items():
+        watch(empty, limit, name=name)
+    drive(empty)
+    found, _ = empty.run_until("hit", 5.0)
+    clearance = empty.simulator.simulation.clearance(ROBOT, "")
+    assert clearance is not None and found.margin == clearance.distance - 0.7 <= 0.0
+    margins = {
+        name: empty.ask(wire.CANCEL_WATCH, wire.CancelWatch(id=name)).margin for name in limits if name != "hit"
+    }
+    assert margins["near"] == clearance.distance - 0.5
+    x = empty.truth.x
+    assert margins["way"] == pytest.approx(1.0 - x, abs=1e-3)
+    assert margins["fast"] == pytest.approx(0.7, abs=0.02)
+    assert margins["in"] == pytest.approx(0.6 - x, abs=1e-9) and margins["out"] == pytest.approx(0.7 - x, abs=1e-9)
+    far = wire.Position3D(x=9.0)
+    other = wire.WatchProximity(id="other", frame="base_link", parent_frame="odom", point=far, threshold=0.1)
+    empty.ask(wire.WATCH_PROXIMITY, other)
+    assert empty.ask(wire.CANCEL_WATCH, wire.CancelWatch(id="other")).margin is None
+
+
 @engines
 def test_a_body_that_falls_over_reaches_a_tilt(engine: str) -> None:
     client = Client("empty", engine=engine)

@@ -18,6 +18,11 @@ class MeasureRequests(Requests):
         request = wire.WatchMeasure(id=self.new_id("watch"), entity=entity, limit=limit)
         return await self.start(wire.WATCH_MEASURE, request, report)
 
+    async def end_measure_watch(self, watch: str) -> float | None:
+        """See `Measuring`."""
+        ended = await self.cancel_report(wire.CANCEL_WATCH, wire.CancelWatch(id=watch), watch)
+        return None if ended is None else ended.margin
+
     async def measurement(self, entity: str, name: str) -> float | None:
         """See `Measuring`."""
         measured = await self.ask(wire.GET_MEASUREMENTS, wire.Empty())

@@ -161,7 +161,8 @@ class Requests:
                 self._on_event(WARNING, {"message": event.message})
             case wire.Occurrence():
                 if (report := self._reporters.pop(event.id, None)) is not None:
-                    report(Report(GoalStatus(event.outcome.value), event.message, event.interrupted))
+                    status = GoalStatus(event.outcome.value)
+                    report(Report(status, event.message, event.interrupted, event.margin))
 
     async def ask(
         self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, timeout: float = REQUEST_TIMEOUT
@@ -190,14 +191,15 @@ class Requests:
             raise
         return request.id
 
-    async def cancel_report(self, verb: wire.Verb[wire.Q, wire.Empty], request: wire.Q, number: str) -> None:
-        """Cancel a goal or a watch, and drop its reporter; one that has ended meanwhile is ignored."""
+    async def cancel_report(self, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, number: str) -> wire.A | None:
+        """Cancel a goal or a watch, and drop its reporter; returns None if it has ended meanwhile."""
         self._reporters.pop(number, None)
         try:
-            await self.ask(verb, request)
+            return await self.ask(verb, request)
         except BackendRefused as error:
             if error.code != wire.Result.NOT_FOUND:
                 raise
+            return None
 
 
 async def ask(

@@ -26,6 +26,8 @@ class Occurrence(Message):
 
     A goal is `interrupted` if the node ended it for a reason of its own: a lost holder, an emergency stop, or a
     fault of the node. This is not a verdict on the robot.
+
+    `margin` of a watch of a measure is the distance of the measure to the limit in its unit, at most 0.
     """
 
     id: str
@@ -33,6 +35,7 @@ class Occurrence(Message):
     outcome: Outcome
     message: str = ""
     interrupted: bool = False
+    margin: float | None = None
 
 
 class Contact(Message):
@@ -120,12 +123,21 @@ class CancelWatch(Message):
     id: str
 
 
+class CancelledWatch(Message):
+    """End of a cancelled watch.
+
+    `margin` of a watch of a measure is the least distance of the measure to the limit, in its unit.
+    """
+
+    margin: float | None = None
+
+
 EVENTS = Limits(MAX_MESSAGE, 1_000_000)  # 10,000 events at once, or a part of a film
 
 ADVANCE = Verb("advance", Advance, Advanced, reply_limits=EVENTS)
 REWIND = Verb("rewind", Rewind, SimulationTime)
 CANCEL_GOAL = Verb("cancel_goal", CancelGoal, Empty)
-CANCEL_WATCH = Verb("cancel_watch", CancelWatch, Empty)
+CANCEL_WATCH = Verb("cancel_watch", CancelWatch, CancelledWatch)
 
 
 def steps_until(time: float, steps_per_second: int) -> int:

@@ -138,6 +138,7 @@ class Worker:
             "duration": verdict.duration,
             "reason": verdict.reason,
             "reason_key": reason_key(verdict.reason),
+            "margin": verdict.margin,
             "where": str(verdict.span or ""),
             "trace_sha": watching.digest,
             "measured": measured,

@@ -74,6 +74,15 @@ class ActionContext:
         self._context.services.trace.log(message, level, self._invocation.span)
         self._meter.take_back()
 
+    def record_margin(self, distance: float, limit: float) -> None:
+        """Record how far a checked value was from its limit; the least margin of a run is in its verdict.
+
+        Args:
+            distance: Distance of the value to the limit, negative beyond it.
+            limit: The limit, in the same unit.
+        """
+        self._context.services.margins.record(self.name, distance, limit, self._invocation.span)
+
     def type_of(self, parameter: str) -> ValueType | None:
         """Return the static type of the argument for a parameter; None if unknown."""
         for name, type_ in self._invocation.types:

@@ -139,6 +139,7 @@ class _Context:
     """`ModifierContext` of one application."""
 
     def __init__(self, applied: Applied, context: ExecutionContext) -> None:
+        self.applied = applied
         self.span = applied.plan.span
         self.context = context
         self.is_waiting = False  # for this context or the child, as permitted
@@ -158,6 +159,10 @@ class _Context:
 
     def log(self, message: str, level: str = "info") -> None:
         self.context.services.trace.log(message, level, self.span)
+
+    def record_margin(self, distance: float, limit: float, entity: str = "") -> None:
+        check = self.applied.modifier.name
+        self.context.services.margins.record(check, distance, limit, self.span, entity)
 
     async def sleep(self, duration: float) -> None:
         waiter = Waiter(self.context.task)

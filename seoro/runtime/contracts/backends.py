@@ -28,11 +28,14 @@ class Report(Value):
     `interrupted` marks goals that the backend itself ended, for example after a lost connection. No action
     receives such a report: `ActionContext.report` raises instead, so that it is never mistaken for a failure of
     the robot.
+
+    `margin` is the distance of a watched measure to its limit, negative beyond it; None of all others.
     """
 
     status: GoalStatus
     message: str = ""
     interrupted: bool = False
+    margin: float | None = None
 
 
 Reporter = Callable[[Report], None]

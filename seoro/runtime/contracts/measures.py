@@ -18,6 +18,9 @@ class Measuring(Protocol):
     async def cancel_watch(self, watch: str) -> None:
         """Cancel a watch. Watches that have fired are ignored."""
 
+    async def end_measure_watch(self, watch: str) -> float | None:
+        """Cancel a watch of a measure; return the least distance to its limit, None if it has fired."""
+
     async def measurement(self, entity: str, name: str) -> float | None:
         """Return a measurement of an entity since the start of the run, by its name in `measurements.json`.
 

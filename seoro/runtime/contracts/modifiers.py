@@ -63,6 +63,15 @@ class ModifierContext(Protocol):
     def log(self, message: str, level: str = "info") -> None:
         """Write a message into the trace; levels are `debug`, `info`, `warning` and `error`."""
 
+    def record_margin(self, distance: float, limit: float, entity: str = "") -> None:
+        """Record how far a checked value was from its limit; the least margin of a run is in its verdict.
+
+        Args:
+            distance: Distance of the value to the limit, negative beyond it.
+            limit: The limit, in the same unit.
+            entity: Entity whose value it is; empty without one.
+        """
+
     async def sleep(self, duration: float) -> None:
         """Wait for a duration [s]."""
 

@@ -18,6 +18,7 @@ from seoro.runtime.events.conditions import Conditions
 from seoro.runtime.events.declared import Events
 from seoro.runtime.events.subscriptions import Subscriptions
 from seoro.runtime.execution.loops import EndlessInstants
+from seoro.runtime.execution.margins import Margins
 from seoro.runtime.execution.resources import RunResources
 from seoro.runtime.instances.instances import Composed, Instance
 from seoro.runtime.kernel.cancel_scope import cancel_task
@@ -119,6 +120,11 @@ class Services:
     def random(self, purpose: str) -> random.Random:
         """Return a stream of random numbers for a purpose, the same on any machine."""
         return random.Random(f"{self.seed}/{purpose}")  # noqa: S311 - reproducible, not secret
+
+    @cached_property
+    def margins(self) -> Margins:
+        """Margins of checks."""
+        return Margins(self.trace)
 
     @cached_property
     def common(self) -> RunResources:
