@@ -7,7 +7,7 @@ hundreds of classes at its start, and makes instances of a third of them.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
@@ -26,14 +26,19 @@ else:
         """
 
         def defer(cls):
-            complete = _Completion(cls, frozen=frozen, eq=eq, kw_only=kw_only)
-            for name in _CREATED:
+            defaults = {name: value for name, value in vars(cls).items() if _has_default(value)}
+            complete = _Completion(cls, defaults, frozen=frozen, eq=eq, kw_only=kw_only)
+            for name in (*_CREATED, *defaults):
                 setattr(cls, name, _OnDemand(cls, name, complete))
             cls.__signature__ = _BeforeSignature(complete)
             cls.__init__ = _first_init(cls, complete)
             return cls
 
         return defer if cls is None else defer(cls)
+
+
+def _has_default(value: object) -> bool:
+    return isinstance(value, dataclasses.Field) and value.default is not dataclasses.MISSING
 
 
 def _first_init(cls: Any, complete: Callable[[], None]) -> Callable[..., None]:
@@ -49,8 +54,9 @@ def _first_init(cls: Any, complete: Callable[[], None]) -> Callable[..., None]:
 class _Completion:
     """Makes a class a dataclass when it is first called, from any thread."""
 
-    def __init__(self, cls: Any, *, frozen: bool, eq: bool, kw_only: bool) -> None:
+    def __init__(self, cls: Any, defaults: Mapping[str, Any], *, frozen: bool, eq: bool, kw_only: bool) -> None:
         self._cls, self._frozen, self._eq, self._kw_only = cls, frozen, eq, kw_only
+        self._defaults = defaults  # fields with a default, which are class attributes afterwards
         self._has_begun = False  # `dataclass` asks for the signature of the class meanwhile
 
     def __call__(self) -> None:
@@ -66,6 +72,8 @@ class _Completion:
 
     def _complete(self) -> None:
         cls, frozen = self._cls, self._frozen
+        for name, value in self._defaults.items():
+            setattr(cls, name, value)
         dataclasses.dataclass(init=False, frozen=frozen, eq=self._eq, kw_only=self._kw_only)(cls)
         # `dataclass` replaces no methods, and other threads must not find the class without `__init__`.
         heir = type(cls)(cls.__name__, (cls,), {"__module__": cls.__module__})

@@ -153,3 +153,13 @@ def test_first_instances_from_many_threads_are_complete() -> None:
                 assert [each.first for each in pool.map(make, range(4))] == [0, 1, 2, 3]
     finally:
         sys.setswitchinterval(interval)
+
+
+def test_defaults_of_fields_are_attributes_of_the_class() -> None:
+    @dataclass(frozen=True)
+    class Fault:
+        kind: str = field(default="bias", kw_only=True)
+        amount: float
+
+    assert Fault.kind == "bias"
+    assert (Fault(1.0).kind, Fault(1.0, kind="noise").kind) == ("bias", "noise")
