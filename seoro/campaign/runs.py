@@ -8,6 +8,8 @@ from dataclasses import field
 from enum import Enum
 from typing import Any, Final, TypeVar
 
+from pydantic_core import from_json
+
 from seoro.lang.frozen import Value
 from seoro.runtime.trace.jsonl import to_json
 from seoro.runtime.verdict import RunStatus
@@ -178,15 +180,20 @@ _Line = TypeVar("_Line", Planned, Row)
 
 
 def _made(kind: type[_Line], given: dict[str, Any]) -> _Line:
-    if len(given) == len(kind.__match_args__):  # positional arguments need a third of the time
-        return kind(*map(given.__getitem__, kind.__match_args__))
+    if tuple(given) == kind.__match_args__:  # positional arguments need a third of the time
+        return kind(*given.values())
     return kind(**given)
 
 
 def _decoded(line: bytes | str, kind: type[Planned | Row]) -> dict[str, Any]:
-    given = json.loads(line)
+    try:
+        given = from_json(line)  # in less than half of the time of the standard library
+    except ValueError:
+        given = json.loads(line)  # also halves of surrogate pairs, from names of files
     if not isinstance(given, dict):
         raise ValueError("expected an object")
+    if tuple(given) == kind.__match_args__:
+        return given
     if not given.keys() >= _NEEDED or not given.keys() <= set(kind.__match_args__):
         raise ValueError(f"expected the fields of a {kind.__name__}")
     return given

@@ -8,9 +8,9 @@ from pathlib import Path
 from seoro.campaign.report.page import write_report
 from seoro.campaign.results.junit import write_junit
 from seoro.campaign.results.parquet import write_parquet
-from seoro.campaign.results.rows import final_rows
 from seoro.campaign.results.table import write_table
 from seoro.campaign.store.folder import read_campaign
+from seoro.campaign.store.index import RowIndex
 from seoro.embed.parquet import is_parquet_installed
 
 
@@ -27,7 +27,7 @@ def write_results(folder: Path) -> list[Path]:
         UsageError: The folder is not that of a campaign, or a row is invalid.
         OSError: A file cannot be written.
     """
-    campaign, rows = read_campaign(folder), final_rows(folder)
+    campaign, rows = read_campaign(folder), RowIndex(folder)
     table = write_table(rows, folder)
     converted = [write_parquet(table)] if is_parquet_installed() else []
     return [write_report(folder), table, *converted, write_junit(rows, folder, campaign.manifest.shown)]

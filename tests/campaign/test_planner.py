@@ -11,11 +11,11 @@ import pytest
 
 from seoro.bridges.executor.messages import BundledOptions, BundleFile, Manifest
 from seoro.campaign.planner import MOST_IMPOSSIBLE, Planner
-from seoro.campaign.results.rows import final_rows
 from seoro.campaign.results.table import write_table
 from seoro.campaign.runs import End, Planned, Point, Row
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import CampaignFile, CampaignFolder, StrategyText, create_folder, shard
+from seoro.campaign.store.index import RowIndex
 from seoro.campaign.store.lines import Appender
 from seoro.campaign.strategies.contract import Batches, Sampling, Strategy
 from seoro.errors import UsageError
@@ -231,7 +231,5 @@ def test_rows_and_plans_survive_their_text() -> None:
 def test_characters_that_utf_8_cannot_encode_are_escaped_in_the_table(tmp_path: Path) -> None:
     folder = campaign(tmp_path)
     store(folder, [replace(row_of(Planned(1, 1, 1, 7, {}, "")), reason="no file \udc80.png")])
-    assert r"no file \udc80.png" in write_table(final_rows(folder.folder), folder.folder).read_text(
-        encoding="utf-8"
-    )
+    assert r"no file \udc80.png" in write_table(RowIndex(folder.folder), folder.folder).read_text(encoding="utf-8")
     folder.close()

@@ -72,7 +72,7 @@ def test_many_numbers_are_counted_in_bins_exactly() -> None:
         draw.shuffle(numbers)
         column = Column()
         for number in numbers:
-            column.add(number, End.FAILED if number < 1.0 else End.PASSED)
+            column.add([number], [number < 1.0])
         assert len(column._bins) <= MOST_BINS
         found.append([(bucket.label, bucket.passed, bucket.failed) for bucket in column.grouping(10).buckets])
     assert found[0] == found[1], "in any order"
@@ -86,7 +86,7 @@ def test_many_numbers_are_counted_in_bins_exactly() -> None:
 def test_all_numbers_of_a_column_are_counted(numbers: list[float]) -> None:
     column = Column()
     for number in [*numbers, float("nan"), float("inf")]:
-        column.add(number, End.PASSED)
+        column.add([number], [False])
     grouping = column.grouping(8)
     assert sum(bucket.passed for bucket in grouping.buckets) == len(numbers) and len(grouping.buckets) <= 8
 
@@ -94,7 +94,7 @@ def test_all_numbers_of_a_column_are_counted(numbers: list[float]) -> None:
 def test_texts_that_are_rare_are_counted_as_one() -> None:
     column = Column()
     for number in range(1000):
-        column.add("often" if number % 2 else f"text {number}", End.PASSED)
+        column.add(["often" if number % 2 else f"text {number}"], [False])
     buckets = column.grouping(5).buckets
     assert buckets[0].label in ("often", OTHERS) and len(buckets) == 5
     assert sum(bucket.passed for bucket in buckets) == 1000

@@ -7,11 +7,11 @@ the range of the numbers. So the counts are exact, and nearly the same in any or
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Final, TypeAlias
 
 from seoro.campaign.report.grouping import Bucket, Grouping
-from seoro.campaign.runs import End
 
 MOST_VALUES: Final = 12  # counted one by one
 MOST_TEXTS: Final = 200  # of a column of texts; more are counted as `OTHERS`
@@ -19,6 +19,8 @@ MOST_BINS: Final = 1000
 OTHERS: Final = "other values"
 _LARGEST: Final = 1e290  # larger numbers are left out, so that no bin overflows
 _DIGITS: Final = 15  # of a float
+_GUARD: Final = 1e-9  # so that 0.3 is in bin 3 of width 0.1
+_Value: TypeAlias = int | float | str
 
 Cell: TypeAlias = list[int]  # passed, failed
 
@@ -29,27 +31,48 @@ class Column:
     def __init__(self) -> None:
         self._values: dict[Any, Cell] = {}
         self._bins: dict[int, Cell] = {}
-        self._exponent: int | None = None  # width of bins is ten to this power; None while values are counted
+        self._exponent = 0  # width of bins is ten to this power
+        self._scale: float | None = None  # bins per unit; None while values are counted
         self._first = self._last = 0  # bins in use
 
-    def add(self, value: object, end: End) -> None:
-        """Count a value of a run that passed or failed."""
-        if isinstance(value, float) and not abs(value) < _LARGEST:
+    def add(self, values: Sequence[object], failures: Sequence[bool]) -> None:
+        """Count values of runs; many at once, since each costs a fraction of a single one.
+
+        Args:
+            values: The values; None for runs without one.
+            failures: Whether the runs failed.
+        """
+        if self._scale is None:
+            self._count(zip(map(_key, values), failures, strict=True))
             return
-        if self._exponent is not None and isinstance(value, int | float):
-            self._cell_of(self._bin(value))[end is End.FAILED] += 1
-            return
-        key = value if isinstance(value, int | float | str) else str(value)
-        cell = self._values.get(key)
-        if cell is None:
-            if len(self._values) >= MOST_VALUES and self._is_numeric and isinstance(value, int | float):
-                self._use_bins()
-                self.add(value, end)
-                return
-            if len(self._values) >= MOST_TEXTS:
-                key = OTHERS
-            cell = self._values.setdefault(key, [0, 0])
-        cell[end is End.FAILED] += 1
+        both = list(zip(values, failures, strict=True))
+        numbers = [
+            (value, has_failed)
+            for value, has_failed in both
+            if isinstance(value, int | float) and -_LARGEST < value < _LARGEST
+        ]
+        if len(numbers) < len(both):
+            self._count((_key(value), failed) for value, failed in both if not isinstance(value, int | float))
+        if numbers:
+            self._count_in_bins(numbers)
+
+    def _count(self, values: Iterable[tuple[_Value | None, bool]]) -> None:
+        """Count values one by one, and numbers in bins after the first that is one too many."""
+        for (value, has_failed), count in Counter(values).items():
+            if value is not None:
+                if self._scale is None or isinstance(value, str):
+                    self._cell_of_value(value)[has_failed] += count
+                else:
+                    self._cell_of(self._bin(value))[has_failed] += count
+
+    def _count_in_bins(self, numbers: Sequence[tuple[float, bool]]) -> None:
+        for bound in (min(numbers)[0], max(numbers)[0]):
+            self._cell_of(self._bin(bound))  # makes the bins wide enough
+        assert self._scale is not None
+        scale = self._scale
+        counts = Counter([(math.floor(value * scale + _GUARD), has_failed) for value, has_failed in numbers])
+        for (number, has_failed), count in counts.items():
+            self._cell_of(number)[has_failed] += count
 
     def grouping(self, most: int) -> Grouping:
         """Return the counts in groups.
@@ -57,7 +80,7 @@ class Column:
         Args:
             most: Maximum number of groups.
         """
-        if self._exponent is None:
+        if self._scale is None:
             return Grouping(tuple(self._groups_of_values(most)))
         factor = next(each for each in _factors() if self._last // each - self._first // each < most)
         groups = range(self._first // factor, self._last // factor + 1)
@@ -83,26 +106,36 @@ class Column:
         if rest:
             yield Bucket(OTHERS, sum(cell[0] for cell in rest), sum(cell[1] for cell in rest))
 
+    def _cell_of_value(self, value: float | str) -> Cell:
+        cell = self._values.get(value)
+        if cell is not None:
+            return cell
+        if isinstance(value, int | float) and len(self._values) >= MOST_VALUES and self._is_numeric:
+            self._use_bins()
+            return self._cell_of(self._bin(value))
+        return self._values.setdefault(value if len(self._values) < MOST_TEXTS else OTHERS, [0, 0])
+
     def _use_bins(self) -> None:
         low, high = min(self._values), max(self._values)
         largest = max(abs(low), abs(high))
-        self._exponent = max(_power(high - low) - 2, _power(largest) - _DIGITS)
+        self._set_width(max(_power(high - low) - 2, _power(largest) - _DIGITS))
         values, self._values = self._values, {}
         self._first = self._last = self._bin(low)
         for value, cell in values.items():
             _add(self._cell_of(self._bin(value)), cell)
 
+    def _set_width(self, exponent: int) -> None:
+        self._exponent, self._scale = exponent, 10.0**-exponent
+
     def _bin(self, value: float) -> int:
-        assert self._exponent is not None
-        scaled = value * 10.0**-self._exponent if self._exponent < 0 else value / 10.0**self._exponent
-        return math.floor(scaled + 1e-9)  # 0.3 of width 0.1 is in bin 3
+        assert self._scale is not None
+        return math.floor(value * self._scale + _GUARD)
 
     def _range(self, first: int, end: int, cell: Cell) -> Bucket:
         low, high = self._edge(first), self._edge(end)
         return Bucket(f"{low:.6g} to {high:.6g}", cell[0], cell[1], low, high)
 
     def _edge(self, number: int) -> float:
-        assert self._exponent is not None
         return number / 10.0**-self._exponent if self._exponent < 0 else number * 10.0**self._exponent
 
     def _cell_of(self, number: int) -> Cell:
@@ -116,13 +149,21 @@ class Column:
         return self._bins.setdefault(number, [0, 0])
 
     def _widen(self) -> None:
-        assert self._exponent is not None
-        self._exponent += 1
+        self._set_width(self._exponent + 1)
         self._first //= 10
         self._last //= 10
         bins, self._bins = self._bins, {}
         for number, cell in bins.items():
             _add(self._bins.setdefault(number // 10, [0, 0]), cell)
+
+
+def _key(value: object) -> _Value | None:
+    """Return a value to count; None without one."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, int | float):
+        return value if -_LARGEST < value < _LARGEST else None
+    return None if value is None else str(value)
 
 
 def text_of(value: object) -> str:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import random
 from bisect import insort
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
+from itertools import chain, islice
 from typing import Any, Final, TypeAlias
 
 from seoro.campaign.report.columns import Column
@@ -19,6 +20,7 @@ MOST_ROWS: Final = 500  # in the table of runs
 MOST_GROUPS: Final = 200  # of failures; more are counted as one
 MOST_COLUMNS: Final = 200  # of parameters, and of measurements
 SAMPLE: Final = 20_000  # runs for pairs of parameters
+BATCH: Final = 1000  # rows that are counted at once
 MORE: Final = ("other reasons", "")
 
 Rank: TypeAlias = tuple[bool, float, int]
@@ -49,6 +51,7 @@ class Summary(Tally):
         worst: Runs that did not pass, then those with the smallest margins, in this order.
         coverage: Coverage over all runs.
         hosts: Runs by machine.
+        decided: Number of runs that passed or failed.
         cpu: Processor time of workers and simulators [s].
         first: Time of the first start (UTC); empty without a run.
         last: Time of the last start.
@@ -61,14 +64,10 @@ class Summary(Tally):
     worst: list[tuple[Rank, Row]] = field(default_factory=list)
     coverage: MergedCoverage = field(default_factory=MergedCoverage)
     hosts: Counter[str] = field(default_factory=Counter)
+    decided: int = 0
     cpu: float = 0.0
     first: str = ""
     last: str = ""
-
-    @property
-    def decided(self) -> int:
-        """Number of runs that passed or failed."""
-        return self.ends[End.PASSED] + self.ends[End.FAILED]
 
 
 def summarize(rows: Iterable[Row], seed: int) -> Summary:
@@ -79,13 +78,20 @@ def summarize(rows: Iterable[Row], seed: int) -> Summary:
         seed: Seed of the random sample for pairs of parameters.
     """
     found, draw = Summary(), random.Random(seed)  # noqa: S311 - a sample
-    for row in rows:
-        found.count(row)
-        if row.status is End.IMPOSSIBLE:
-            continue
-        _count(found, row)
-        if row.status in (End.PASSED, End.FAILED):
-            _count_decided(found, row, draw)
+    rows = iter(rows)
+    while batch := list(islice(rows, BATCH)):
+        decided = []
+        for row in batch:
+            found.count(row)
+            if row.status is not End.IMPOSSIBLE:
+                _count(found, row)
+            if row.status is End.PASSED or row.status is End.FAILED:
+                decided.append(row)
+                found.coverage.add(row.coverage)
+                _sample(found, row, draw)
+        failures = [row.status is End.FAILED for row in decided]
+        _count_columns(found.parameters, [row.values for row in decided], failures)
+        _count_columns(found.measurements, [row.measured for row in decided], failures)
     return found
 
 
@@ -103,22 +109,20 @@ def _count(found: Summary, row: Row) -> None:
         _rank(found.worst, row, has_passed)
 
 
-def _count_decided(found: Summary, row: Row, draw: random.Random) -> None:
-    for columns, values in ((found.parameters, row.values), (found.measurements, row.measured)):
-        for name, value in values.items():
-            column = columns.get(name)
-            if column is None:
-                if len(columns) >= MOST_COLUMNS:
-                    continue
-                column = columns[name] = Column()
-            if value is not None:
-                column.add(value, row.status)
-    found.coverage.add(row.coverage)
-    single = (row.values, row.status is End.FAILED)
+def _count_columns(
+    columns: dict[str, Column], rows: Sequence[Mapping[str, Any]], failures: Sequence[bool]
+) -> None:
+    for name in dict.fromkeys(chain.from_iterable(rows)):
+        if name in columns or len(columns) < MOST_COLUMNS:
+            columns.setdefault(name, Column()).add([row.get(name) for row in rows], failures)
+
+
+def _sample(found: Summary, row: Row, draw: random.Random) -> None:
+    found.decided += 1
     if len(found.sample) < SAMPLE:  # Vitter's algorithm R (ACM TOMS 11, 1985)
-        found.sample.append(single)
+        found.sample.append((row.values, row.status is End.FAILED))
     elif (place := int(draw.random() * found.decided)) < SAMPLE:
-        found.sample[place] = single
+        found.sample[place] = row.values, row.status is End.FAILED
 
 
 def _group(groups: dict[tuple[str, str], FailureGroup], row: Row) -> None:

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from seoro.campaign.runs import Row, title_of
+from seoro.campaign.store.index import RowIndex
 from seoro.runtime.trace.junit import TAGS, Case, junit
 from seoro.runtime.verdict import RunStatus
 
 JUNIT: Final = "test.xml"
+MOST_CASES: Final = 10_000  # of runs that did not pass, then of others
 
 
-def write_junit(rows: Sequence[Row], folder: Path, file: str) -> Path:
-    """Write the JUnit file of a campaign.
+def write_junit(rows: RowIndex, folder: Path, file: str) -> Path:
+    """Write the JUnit file of a campaign, with at most `MOST_CASES` runs: CI servers fail at larger files.
 
     Args:
-        rows: Its rows, see `final_rows`.
+        rows: Its rows.
         folder: Its folder.
         file: Scenario file, as the user named it.
     """
     path = folder / JUNIT
-    path.write_text(junit([_case(row, file) for row in rows]), encoding="utf-8")
+    path.write_text(junit([_case(row, file) for row in rows.most_important(MOST_CASES)]), encoding="utf-8")
     return path
 
 

@@ -27,12 +27,17 @@ def write_parquet(table: Path) -> Path:
     import pyarrow  # noqa: PLC0415 - slow to load, and an extra
     from pyarrow import csv, parquet  # noqa: PLC0415 - the same
 
-    types = dict.fromkeys(_TEXTS, pyarrow.string())
-    read = csv.read_csv(
-        table,
-        parse_options=csv.ParseOptions(newlines_in_values=True),
-        convert_options=csv.ConvertOptions(column_types=types),
-    )
     path = table.with_name(PARQUET)
-    parquet.write_table(read, path, compression="zstd")
+    parse = csv.ParseOptions(newlines_in_values=True)
+    convert = csv.ConvertOptions(column_types=dict.fromkeys(_TEXTS, pyarrow.string()))
+    try:
+        with (
+            csv.open_csv(table, parse_options=parse, convert_options=convert) as blocks,
+            parquet.ParquetWriter(path, blocks.schema, compression="zstd") as writer,
+        ):
+            for block in blocks:
+                writer.write_batch(block)
+    except pyarrow.ArrowInvalid:  # a value of a later block is of another type than those of the first
+        read = csv.read_csv(table, parse_options=parse, convert_options=convert)
+        parquet.write_table(read, path, compression="zstd")
     return path

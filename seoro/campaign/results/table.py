@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from seoro.campaign.runs import Row
+from seoro.campaign.store.index import RowIndex
 
 TABLE: Final = "runs.csv"
 BEFORE: Final = (
@@ -23,12 +25,15 @@ AFTER: Final = (
     "attempt", "host", "worker", "started", "version", "folder", "trace_sha",
 )  # fmt: skip # then measurements
 
+_FIRST: Final = 1000  # rows that usually have all columns
+_Columns: TypeAlias = tuple[Sequence[str], Sequence[str]]
 
-def write_table(rows: Sequence[Row], folder: Path) -> Path:
+
+def write_table(rows: RowIndex, folder: Path) -> Path:
     """Write the table of a campaign.
 
     Args:
-        rows: Its rows, see `final_rows`.
+        rows: Its rows.
         folder: Its folder.
 
     Returns:
@@ -37,17 +42,14 @@ def write_table(rows: Sequence[Row], folder: Path) -> Path:
     Raises:
         OSError: The table cannot be written.
     """
-    parameters, measurements = columns_of(rows)
     path = folder / TABLE
-    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
-        writer = csv.writer(file)
-        writer.writerow([*BEFORE, *parameters, *AFTER, *measurements])
-        for row in rows:
-            writer.writerow(_line(row, parameters, measurements))
+    columns = _columns_of(islice(rows, _FIRST))
+    if not _write(rows, columns, path):  # a later run has more
+        _write(rows, _columns_of(rows), path)
     return path
 
 
-def columns_of(rows: Iterable[Row]) -> tuple[Sequence[str], Sequence[str]]:
+def _columns_of(rows: Iterable[Row]) -> _Columns:
     """Return the parameters that vary, and the measurements, each in the order of their first occurrence."""
     parameters: dict[str, None] = {}
     measurements: dict[str, None] = {}
@@ -55,6 +57,20 @@ def columns_of(rows: Iterable[Row]) -> tuple[Sequence[str], Sequence[str]]:
         parameters.update(dict.fromkeys(row.values))
         measurements.update(dict.fromkeys(row.measured))
     return tuple(parameters), tuple(measurements)
+
+
+def _write(rows: Iterable[Row], columns: _Columns, path: Path) -> bool:
+    """Write a table with these columns; returns False at the first row that has others."""
+    parameters, measurements = columns
+    known = set(parameters), set(measurements)
+    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
+        writer = csv.writer(file)
+        writer.writerow([*BEFORE, *parameters, *AFTER, *measurements])
+        for row in rows:
+            if not row.values.keys() <= known[0] or not row.measured.keys() <= known[1]:
+                return False
+            writer.writerow(_line(row, parameters, measurements))
+    return True
 
 
 def _line(row: Row, parameters: Sequence[str], measurements: Sequence[str]) -> list[Any]:

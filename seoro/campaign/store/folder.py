@@ -211,14 +211,32 @@ def read_rows(folder: Path) -> Iterator[Row]:
 
 
 def _all_rows(folder: Path) -> Iterator[Row]:
-    """Yield the rows of all shards; those of workers come before those about their deaths."""
-    shards = (folder / RUNS).glob("*.jsonl")
-    for path in sorted(shards, key=lambda path: (path.stem == COORDINATOR, path.name)):
+    """Yield the rows of all shards."""
+    for path in shards_of(folder):
         for number, line in enumerate(read_lines(path), start=1):
-            try:
-                yield Row.from_line(line)
-            except (ValueError, TypeError, KeyError) as error:
-                raise UsageError(f"{path}:{number}: invalid row: {error}") from error
+            yield row_in(line, f"{path}:{number}")
+
+
+def shards_of(folder: Path) -> list[Path]:
+    """Return the files with rows; those of workers come before the one about their deaths."""
+    shards = (folder / RUNS).glob("*.jsonl")
+    return sorted(shards, key=lambda path: (path.stem == COORDINATOR, path.name))
+
+
+def row_in(line: bytes, place: str) -> Row:
+    """Decode a line of a shard.
+
+    Args:
+        line: The line.
+        place: Its place, for messages.
+
+    Raises:
+        UsageError: The line is invalid.
+    """
+    try:
+        return Row.from_line(line)
+    except (ValueError, TypeError, KeyError) as error:
+        raise UsageError(f"{place}: invalid row: {error}") from error
 
 
 def find_planned(folder: Path, numbers: Collection[int]) -> dict[int, Planned]:

@@ -1,0 +1,89 @@
+"""Index of the rows of a campaign, to read them in the order of their runs without having all in memory."""
+
+from __future__ import annotations
+
+import re
+from array import array
+from collections.abc import Iterator
+from contextlib import ExitStack
+from itertools import islice
+from pathlib import Path
+from typing import IO, Final
+
+from seoro.campaign.runs import End, Row
+from seoro.campaign.store.folder import row_in, shards_of
+from seoro.campaign.store.lines import read_lines
+from seoro.files.inputs import Kind, open_input
+
+_START: Final = re.compile(rb'\{"run": ?(\d{1,18}), ?"id": ?"\w*", ?(?:"\w+": ?-?\d+, ?)*"status": ?"(\w+)"')
+_SHIFT: Final = 48  # bits of an offset in a shard
+_MOST_OPEN: Final = 100  # shards
+
+
+class RowIndex:
+    """The rows of all runs of a campaign, in order; runs that constraints exclude are left out.
+
+    Args:
+        folder: Folder of the campaign.
+
+    Raises:
+        UsageError: A row is invalid.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._shards = shards_of(folder)
+        numbers, self._places, self._passed = array("q"), array("q"), bytearray()
+        for number, place, end in self._found():
+            if end != End.IMPOSSIBLE.value:
+                numbers.append(number)
+                self._places.append(place)
+                self._passed.append(end == End.PASSED.value)
+        self._order = array("l")
+        for position in sorted(
+            range(len(numbers)), key=numbers.__getitem__
+        ):  # of equal runs, the first stays first
+            if not self._order or numbers[position] != numbers[self._order[-1]]:
+                self._order.append(position)
+
+    def __len__(self) -> int:
+        return len(self._order)
+
+    def __iter__(self) -> Iterator[Row]:
+        return self._read(self._order)
+
+    def most_important(self, most: int) -> Iterator[Row]:
+        """Yield some rows in order: those of runs that did not pass come before those of others.
+
+        Args:
+            most: Maximum number.
+        """
+        failed = list(islice((position for position in self._order if not self._passed[position]), most))
+        passed = islice((position for position in self._order if self._passed[position]), most - len(failed))
+        chosen = {*failed, *passed}
+        return self._read(position for position in self._order if position in chosen)
+
+    def _found(self) -> Iterator[tuple[int, int, str]]:
+        """Yield number, place and end of each row."""
+        for shard, path in enumerate(self._shards):
+            offset = 0
+            for number, line in enumerate(read_lines(path), start=1):
+                start = _START.match(line)
+                if start is not None:  # decoding all lines would take most of the time
+                    yield int(start[1]), shard << _SHIFT | offset, start[2].decode()
+                else:
+                    row = row_in(line, f"{path}:{number}")
+                    yield row.run, shard << _SHIFT | offset, row.status.value
+                offset += len(line)
+
+    def _read(self, positions: Iterator[int] | array[int]) -> Iterator[Row]:
+        opened: dict[int, IO[bytes]] = {}
+        with ExitStack() as stack:
+            for position in positions:
+                shard, offset = divmod(self._places[position], 1 << _SHIFT)
+                if shard not in opened:
+                    if len(opened) == _MOST_OPEN:
+                        stack.close()
+                        opened.clear()
+                    opened[shard] = stack.enter_context(open_input(self._shards[shard], Kind.CAMPAIGN))
+                opened[shard].seek(offset)
+                yield row_in(opened[shard].readline(), f"{self._shards[shard]}, byte {offset}")
