@@ -60,6 +60,9 @@ def test_an_item_may_use_an_event_of_a_base(tmp_path: Path) -> None:
         ("expression: 1.5, range: [1..2]", plan.Levels(1, 2)),
         ("expression: 3, range: [1..20], every: 5", plan.Edges((1, 6, 11, 16, 20))),
         ("expression: 3, range: [20..1], every: 5", plan.Edges((1, 6, 11, 16, 20))),
+        ("expression: 3, range: [0..9], every: 1", plan.EachValue(tuple(range(10)))),
+        ("expression: 3, range: [0..9], every: 2", plan.Edges((0, 2, 4, 6, 8, 9))),
+        ("expression: 3.0, range: [0..3], every: 1", plan.Edges((0, 1, 2, 3))),
         ("expression: 1.5, range: [0..0.3], every: 0.1", plan.Edges((0, 0.1, 0.2, 0.3))),
         ("expression: 3, every: 5", plan.Slices(5)),
         ("expression: 3, buckets: [1, 2, 2, 6.5, inf]", plan.Edges((1, 2, 2, 6.5, float("inf")))),
@@ -71,6 +74,36 @@ def test_buckets_come_from_arguments_or_from_the_type(
     tmp_path: Path, arguments: str, expected: plan.Buckets
 ) -> None:
     assert single(tmp_path, f"cover(item, {arguments})").buckets == expected
+
+
+@pytest.mark.parametrize(
+    ("members", "expected"),
+    [
+        ("n: int with:\n    keep(it in [0, 2, 1 + 0, 4])\n    cover(n)", plan.Levels(-(2**63), 2**63 - 1)),
+        ("n: int with:\n    keep(it in [0, 2, 4])\n    cover(n)", plan.EachValue((0, 2, 4))),
+        ("n: int\nkeep(n in [1..3])\ncover(n)", plan.EachValue((1, 2, 3))),
+        ("n: int\nkeep(n in [1..900] and n >= 7)\nkeep(300 > n)\ncover(n)", plan.Levels(7, 300)),
+        ("n: int\nkeep(default n in [1..3])\ncover(n)", plan.Levels(-(2**63), 2**63 - 1)),
+        ("x: float\nkeep(x in [-0.5..1])\ncover(x)", plan.Levels(-0.5, 1.0)),
+        ("x: float\nkeep(x in [-1, 0.5, 3])\nkeep(x < 2)\ncover(x)", plan.EachValue((-1.0, 0.5))),
+        ("v: speed\nkeep(v in [10kph, 50kph, 20kph])\ncover(v, unit: kph)", plan.EachValue((10.0, 50.0, 20.0))),
+        ("v: speed\nkeep(v in [10kph..50kph])\ncover(v, unit: kph)", plan.Levels(10.0, 50.0)),
+        ("s: string\nkeep(s in ['a', 'b'])\ncover(s)", plan.EachValue(("a", "b"))),
+        ("n: int\nkeep(n in [1..3])\ncover(n, range: [0..9], every: 5)", plan.Edges((0, 5, 9))),
+        ("n: int\nkeep(n in [1..3])\ncover(twice, expression: 2 * n)", plan.Levels(-(2**63), 2**63 - 1)),
+    ],
+)
+def test_default_buckets_are_those_that_constraints_leave(
+    tmp_path: Path, members: str, expected: plan.Buckets
+) -> None:
+    assert single(tmp_path, members).buckets == expected
+
+
+def test_constraints_of_an_enumeration_leave_some_buckets(tmp_path: Path) -> None:
+    members = "now: light with:\n    keep(it in [light!red, light!green])\n    cover(now)"
+    buckets = single(tmp_path, members).buckets
+    assert isinstance(buckets, plan.EachValue)
+    assert [value.member for value in buckets.values if isinstance(value, plan.EnumValue)] == ["red", "green"]
 
 
 def test_an_enumeration_has_a_bucket_for_each_value(tmp_path: Path) -> None:

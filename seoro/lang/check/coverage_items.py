@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 from seoro.lang import ast, plan, symbols
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
-from seoro.lang.check.coverage_buckets import buckets_of
+from seoro.lang.check.coverage_bounds import bounds_of, path_of
+from seoro.lang.check.coverage_buckets import buckets_of, default_buckets
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.plan_types import units_of
 from seoro.lang.check.scopes import Scope
@@ -121,7 +123,8 @@ class Items:
         buckets: plan.Buckets = plan.Distinct()
         if is_known(value.type):
             program = self._expressions.program
-            buckets = buckets_of(name, value.type, arguments, literals, program, self._bag)
+            default = partial(self._default_buckets, draft, value, unit)
+            buckets = buckets_of(name, value.type, arguments, literals, program, self._bag, default)
         ignore, illegal = (self._condition(draft, each, value.type) for each in ("ignore", "illegal"))
         self._check_target(draft, draft.kind, "")
         if event is None:
@@ -141,6 +144,13 @@ class Items:
             text=literals.text("text"),
             span=draft.span,
         )
+
+    def _default_buckets(self, draft: Draft, value: Typed, unit: plan.CoverageUnit | None) -> plan.Buckets:
+        """Return the buckets of an item without arguments for them."""
+        it = draft.held_by.name if draft.held_by is not None else None
+        path = path_of(value.expression, it)
+        members = self._expressions.values.structure(draft.owner).members if path is not None else ()
+        return default_buckets(value.type, bounds_of(path or "", members, it), unit)
 
     def _value(self, draft: Draft) -> Typed | None:
         """Return the sampled value; report a missing one and return None."""

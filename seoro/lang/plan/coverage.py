@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan.events import OwnEvent
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.types import EnumValue
 from seoro.lang.source import Span
+
+UNIT_DIGITS: Final = 12  # significant digits of values in the unit of an item
 
 
 class CoverageKind(Enum):
@@ -21,9 +23,9 @@ class CoverageKind(Enum):
 
 
 class EachValue(Value):
-    """A bucket per value of a type with few values: booleans, enumerations, short ranges of integers."""
+    """A bucket per value, where there are few: booleans, enumerations, ranges of integers, listed values."""
 
-    values: tuple[bool | int | EnumValue, ...]
+    values: tuple[bool | int | float | str | EnumValue, ...]  # numbers in the item's unit
 
 
 class Edges(Value):
@@ -58,6 +60,10 @@ class CoverageUnit(Value):
     name: str
     factor: float
     offset: float
+
+    def of_si(self, value: float) -> float:
+        """Convert an SI value; rounded to `UNIT_DIGITS`, so that 50kph stays 50."""
+        return float(f"{(value - self.offset) / self.factor:.{UNIT_DIGITS}g}")
 
 
 class CoverageItem(Value):

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
 Observe: TypeAlias = Callable[[HasFields, plan.OwnEvent, Callable[[], None]], None]
 
-_DIGITS = 12  # of values in their unit, so that 50kph stays 50
-
 
 class _Holder(frozen.Value):
     """Holder of items: a scenario, an action, a modifier, or an object that it holds.
@@ -156,7 +154,7 @@ class Coverage:
 
     def _goals(self, holder: _Holder, item: plan.CoverageItem) -> int | None:
         """Return the number of buckets of an item, without ignored and illegal single values."""
-        if not isinstance(item.buckets, plan.EachValue):
+        if not isinstance(item.buckets, plan.EachValue) or (item.ignore is None and item.illegal is None):
             return number_of(item.buckets)
         wanted = [value for value in item.buckets.values if not self._excluded(holder, item, value)]
         return len(wanted)
@@ -248,4 +246,4 @@ def _in_unit(value: Value, unit: plan.CoverageUnit | None) -> Value:
     if unit is None:
         return value
     assert isinstance(value, int | float), "checked: only physical values have a unit"
-    return float(f"{(value - unit.offset) / unit.factor:.{_DIGITS}g}")
+    return unit.of_si(value)
