@@ -1,1 +1,74 @@
-"""Campaigns: many runs of one scenario, planned, resumable, and evaluated with statistics."""
+"""Campaigns: many runs of one scenario, planned, resumable, and evaluated with statistics.
+
+    async with seoro.campaign.start("maze.osc", strategy=Uniform(), runs=2000, folder="out") as campaign:
+        async for row in campaign.runs():
+            ...
+    print(campaign.rate())
+
+The names below are its public interface. They are loaded when they are first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from seoro.campaign.results.results import Results, read
+    from seoro.campaign.runs import End, Row
+    from seoro.campaign.session import Campaign
+    from seoro.campaign.starting import resume, run, start
+    from seoro.campaign.stopping.rate import Rate, Validity
+    from seoro.campaign.strategies.boundary import Boundary
+    from seoro.campaign.strategies.grid import Grid
+    from seoro.campaign.strategies.latin import Latin
+    from seoro.campaign.strategies.pairwise import Pairwise
+    from seoro.campaign.strategies.random import Uniform
+    from seoro.campaign.strategies.search import Search
+    from seoro.campaign.strategies.sobol import Sobol
+
+__all__ = [
+    "Boundary",
+    "Campaign",
+    "End",
+    "Grid",
+    "Latin",
+    "Pairwise",
+    "Rate",
+    "Results",
+    "Row",
+    "Search",
+    "Sobol",
+    "Uniform",
+    "Validity",
+    "read",
+    "resume",
+    "run",
+    "start",
+]
+
+_MODULES = {
+    "seoro.campaign.results.results": ("Results", "read"),
+    "seoro.campaign.runs": ("End", "Row"),
+    "seoro.campaign.session": ("Campaign",),
+    "seoro.campaign.starting": ("resume", "run", "start"),
+    "seoro.campaign.stopping.rate": ("Rate", "Validity"),
+    "seoro.campaign.strategies.boundary": ("Boundary",),
+    "seoro.campaign.strategies.grid": ("Grid",),
+    "seoro.campaign.strategies.latin": ("Latin",),
+    "seoro.campaign.strategies.pairwise": ("Pairwise",),
+    "seoro.campaign.strategies.random": ("Uniform",),
+    "seoro.campaign.strategies.search": ("Search",),
+    "seoro.campaign.strategies.sobol": ("Sobol",),
+}
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(import_module(module), name)
+    raise AttributeError(f"module 'seoro.campaign' has no attribute {name!r}")

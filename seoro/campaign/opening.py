@@ -80,6 +80,21 @@ class Asked(Value):
     parquet: bool = False
 
 
+def listed_seeds(strategy: Strategy, repeat: int, seeds: Sequence[int]) -> tuple[int, ...]:
+    """Return the seeds of each point that a scenario file lists.
+
+    Args:
+        strategy: Strategy of the campaign.
+        repeat: Runs of each point that the user wants.
+        seeds: Seeds in the file.
+
+    Returns:
+        The seeds; empty for fewer than two, for other repeats, and if the strategy gives each point a seed.
+    """
+    is_used = len(seeds) > 1 and repeat == 1 and strategy.sampling is Sampling.NONE
+    return tuple(seeds) if is_used else ()
+
+
 def space_of(scenario: Scenario, options: Options, varied: Sequence[str] = ()) -> Space:
     """Find what varies in a scenario, apart from parameters that the options set.
 

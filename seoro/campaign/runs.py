@@ -143,6 +143,12 @@ class Row(Value):
         """Encode for a shard."""
         return to_json(_plain(self) | {"status": self.status.value}) + "\n"
 
+    def _repr_html_(self) -> str:
+        """Return the run for notebooks."""
+        from seoro.campaign.results.html import row_html  # noqa: PLC0415 - it needs this module
+
+        return row_html(self)
+
     @staticmethod
     def from_line(line: bytes | str) -> Row:
         """Decode what `to_line` made.

@@ -9,29 +9,26 @@ from pathlib import Path
 
 import anyio
 
-from seoro.bundle.unpack import read_options
-from seoro.campaign.coordinator import Coordinator
-from seoro.campaign.opening import new_campaign, open_campaign, reopen, space_of
+from seoro.campaign.jobs import simultaneous_runs
+from seoro.campaign.opening import new_campaign, space_of
 from seoro.campaign.places import Places
+from seoro.campaign.results.results import read
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End
-from seoro.campaign.space.space import Space
-from seoro.campaign.store.folder import CampaignFolder, read_rows
+from seoro.campaign.session import Campaign
+from seoro.campaign.starting import reopened
 from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
-from seoro.cli.campaign_progress import Progress, print_status, seeds_text
+from seoro.cli.campaign_progress import Progress, print_files, print_status, seeds_text
 from seoro.cli.campaign_replay import add_replay, replay
 from seoro.cli.campaign_request import add_kept_files, asked_of
-from seoro.cli.campaign_results import print_files, write_results
-from seoro.cli.campaign_stopping import add_stopping, status_of_test, watch_of
+from seoro.cli.campaign_stopping import add_stopping, status_of_test
 from seoro.cli.campaign_strategies import add_strategies
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
-from seoro.cli.jobs import simultaneous_runs
 from seoro.cli.run_arguments import add_run_arguments, settings_of
 from seoro.concurrency.background import background
 from seoro.embed import load
-from seoro.errors import SeoroError
 
 EXAMPLES = """examples:
   seoro campaign run noise.osc --sim mujoco --rate max -o out/
@@ -107,7 +104,7 @@ def run(options: argparse.Namespace) -> int:
         return replay(options)
     if options.what == "report":
         with write_errors(options.folder):
-            print_files(write_results(options.folder))
+            print_files(read(options.folder).write())
         return Exit.PASSED
     return anyio.run(_run if options.what == "run" else _resume, options)
 
@@ -126,62 +123,36 @@ async def _run(options: argparse.Namespace) -> int:
         return Exit.PASSED
     with write_errors(options.output_dir):
         folder = new_campaign(scenario, settings, space, asked, options.output_dir, overwrite=options.overwrite)
-    return await _carry_out(folder, space, Places(jobs), is_new=True)
+    return await _carry_out(Campaign(folder, space, is_new=True), Places(jobs))
 
 
 async def _resume(options: argparse.Namespace) -> int:
-    folder, scenario = reopen(options.folder, options.runs)
-    manifest = folder.campaign.manifest
-    settings = read_options(manifest, Path(manifest.root or "."))
-    return await _carry_out(
-        folder, space_of(scenario, settings), Places(simultaneous_runs(settings, options.jobs))
-    )
+    return await _carry_out(*reopened(options.folder, options.runs, options.jobs))
 
 
-async def _carry_out(folder: CampaignFolder, space: Space, places: Places, *, is_new: bool = False) -> int:
+async def _carry_out(campaign: Campaign, places: Places) -> int:
     """Carry out a campaign, and write its results, also when it is interrupted."""
-    tally, watch = Tally(), watch_of(folder.campaign)
-    for row in read_rows(folder.folder):
-        tally.count(row)
-        watch.record(row)
-    progress = Progress(tally, folder.campaign, watch)
-    file = folder.campaign.manifest.shown
-    varying = count(len(space.axes), "parameter")
-    print(f"{file}: {folder.campaign.strategy.name} over {varying}, {seeds_text(folder.campaign)}", flush=True)
+    file, varying = campaign.campaign, count(len(campaign.space.axes), "parameter")
+    print(f"{file.manifest.shown}: {file.strategy.name} over {varying}, {seeds_text(file)}", flush=True)
+    progress, interrupted = Progress(campaign.state), _Interruption(campaign)
+    files: list[Path] = []
     try:
         with progress.showing() as show:
-            async with (
-                open_campaign(folder, space, places, show, watch.is_enough) as coordinator,
-                background() as group,
-            ):
-                interrupted = _Interruption(coordinator)
+            async with campaign.running(places, show), background() as group:
                 group.start_soon(interrupted.listen, group.cancel_scope)
-                if not watch.is_enough():
-                    await coordinator.run()
-    except BaseException as error:
-        if is_new and not tally.runs and isinstance(error, SeoroError):
-            folder.discard()
-        else:
-            _conclude(folder)
-        raise
-    files = _conclude(folder)
+                await campaign.wait()
+    finally:
+        if not campaign.is_discarded:
+            files = campaign.write()
     print(f"\n{progress.text(is_over=not interrupted.has_come)}")
-    if watch.stop is not None:
-        print(f"  stopped: {watch.stop.reason}")
+    if campaign.stopped is not None:
+        print(f"  stopped: {campaign.stopped.reason}")
     print_files(files)
     if interrupted.has_come:
-        print(f"  continue with `seoro campaign resume {folder.folder}`")
+        print(f"  continue with `seoro campaign resume {campaign.folder}`")
         return Exit.INTERRUPTED
-    decided = status_of_test(watch, tally)
-    return _status(tally) if decided is None else decided
-
-
-def _conclude(folder: CampaignFolder) -> list[Path]:
-    """Write the results, and close the folder."""
-    try:
-        return write_results(folder.folder)
-    finally:
-        folder.close()
+    decided = status_of_test(campaign.state.watch, campaign.tally)
+    return _status(campaign.tally) if decided is None else decided
 
 
 def _status(tally: Tally) -> Exit:
@@ -193,8 +164,8 @@ def _status(tally: Tally) -> Exit:
 class _Interruption:
     """Stops a campaign at the first signal, and drops it at the second."""
 
-    def __init__(self, coordinator: Coordinator) -> None:
-        self._coordinator = coordinator
+    def __init__(self, campaign: Campaign) -> None:
+        self._campaign = campaign
         self.has_come = False
 
     async def listen(self, scope: anyio.CancelScope) -> None:
@@ -206,4 +177,4 @@ class _Interruption:
                     return
                 self.has_come = True
                 print("stopping active runs; press again to stop at once", file=sys.stderr, flush=True)
-                self._coordinator.stop()
+                self._campaign.stop()

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Protocol
 
-from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
+from seoro.campaign.state import State
 from seoro.campaign.statistics.flaky import find_flaky
-from seoro.campaign.stopping.watch import Watch
 from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
-from seoro.cli.campaign_stopping import rate_text, watch_of
+from seoro.cli.campaign_stopping import rate_text
 from seoro.cli.output import is_terminal
 
 PERIOD: Final = 10.0  # [s] between lines, without a terminal
@@ -32,17 +31,13 @@ class Progress:
     """Progress of a session of a campaign.
 
     Args:
-        before: Counts of earlier sessions.
-        campaign: The campaign.
-        watch: Counts its verdicts in order.
+        state: State of the campaign before the session, which the session keeps current.
     """
 
-    def __init__(self, before: Tally, campaign: CampaignFile, watch: Watch) -> None:
-        self.tally = before
-        self._campaign = campaign
-        self._watch = watch
-        self._before = before.runs
-        self._total = campaign.runs
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._before = state.tally.runs
+        self._total = state.campaign.runs
         self._begun = time.monotonic()
         self._shown = 0
 
@@ -57,7 +52,6 @@ class Progress:
 
         def show_line(row: Row) -> None:
             nonlocal last
-            self._record(row)
             for line in self._line(row):
                 print(line, flush=True)
             if time.monotonic() - last > PERIOD:
@@ -75,10 +69,9 @@ class Progress:
             task = bar.add_task("", total=self._total, completed=self._before, last="")
 
             def show(row: Row) -> None:
-                self._record(row)
                 for line in self._line(row):
                     bar.console.print(line, markup=False, highlight=False)
-                bar.update(task, completed=self.tally.runs, last=self._state())
+                bar.update(task, completed=self._state.tally.runs, last=self._counts())
 
             yield show
 
@@ -95,13 +88,13 @@ class Progress:
 
     def _pace(self) -> str:
         """Return the rate and the time left, of which nothing is known before the first run."""
-        ended, taken = self.tally.runs - self._before, time.monotonic() - self._begun
+        ended, taken = self._state.tally.runs - self._before, time.monotonic() - self._begun
         if not ended or taken <= 0.0:
             return ""
         rate = ended / taken
         text = f", {rate:.1f}/s" if rate >= 1.0 else f", {60.0 * rate:.1f}/min"
         if self._total is not None:
-            text += f", {_duration((self._total - self.tally.runs) / rate)} left"
+            text += f", {_duration((self._total - self._state.tally.runs) / rate)} left"
         return text
 
     def text(self, *, is_over: bool = False) -> str:
@@ -111,14 +104,11 @@ class Progress:
             is_over: Whether the campaign was carried out to its end.
         """
         of = f" of {self._total:,}" if self._total is not None else ""
-        return f"{self.tally.runs:,}{of} runs: {self._state(is_over=is_over)}"
+        return f"{self._state.tally.runs:,}{of} runs: {self._counts(is_over=is_over)}"
 
-    def _state(self, *, is_over: bool = False) -> str:
-        return f"{self.tally.text}{rate_text(self._campaign, self._watch, is_over=is_over)}{self._pace()}"
-
-    def _record(self, row: Row) -> None:
-        self.tally.count(row)
-        self._watch.record(row)
+    def _counts(self, *, is_over: bool = False) -> str:
+        rate = rate_text(self._state, is_complete=is_over)
+        return f"{self._state.tally.text}{rate}{self._pace()}"
 
 
 def seeds_text(campaign: CampaignFile) -> str:
@@ -131,21 +121,24 @@ def seeds_text(campaign: CampaignFile) -> str:
 
 def print_status(folder: Path) -> None:
     """Print how far a campaign is."""
-    campaign, tally = read_campaign(folder), Tally()
-    watch, rows = watch_of(campaign), sorted(read_rows(folder), key=lambda row: row.run)
-    for row in rows:
-        watch.record(row)
-        if row.status is not End.IMPOSSIBLE:
-            tally.count(row)
+    campaign, rows = read_campaign(folder), sorted(read_rows(folder), key=lambda row: row.run)
+    state = State(campaign, rows)
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
-    print(f"{campaign.manifest.shown}: {tally.runs:,}{of} runs: {tally.text}{rate_text(campaign, watch)}")
-    if watch.stop is not None:
-        print(f"  stopped: {watch.stop.reason}")
+    counts = f"{state.tally.runs:,}{of} runs: {state.tally.text}"
+    print(f"{campaign.manifest.shown}: {counts}{rate_text(state, is_complete=False)}")
+    if state.watch.stop is not None:
+        print(f"  stopped: {state.watch.stop.reason}")
     for flaky in find_flaky(rows):
         numbers = ", ".join(str(row.run) for row in flaky.rows)
         print(
             f"  runs {numbers} have the same id, but other {'verdicts' if flaky.has_other_verdict else 'traces'}"
         )
+
+
+def print_files(files: Iterable[Path]) -> None:
+    """Print the paths of result files."""
+    for path in files:
+        print(f"  {path}")
 
 
 def _duration(seconds: float) -> str:

@@ -7,7 +7,7 @@ import secrets
 import sys
 from collections.abc import Sequence
 
-from seoro.campaign.opening import Asked
+from seoro.campaign.opening import Asked, listed_seeds
 from seoro.campaign.strategies.contract import Sampling, Strategy
 from seoro.cli.campaign_strategies import chosen_strategy
 from seoro.cli.parquet import add_parquet_argument, check_parquet
@@ -71,14 +71,11 @@ def _use_simulator_of_snapshot(options: argparse.Namespace) -> None:
 
 
 def _listed_seeds(options: argparse.Namespace, strategy: Strategy, seeds: Sequence[int]) -> tuple[int, ...]:
-    """Return the seeds of the file for each point; empty if it lists fewer than two, or each point has its own."""
-    if len(seeds) < 2 or options.repeat > 1:
-        return ()
-    if strategy.sampling is not Sampling.NONE:
+    """Return the seeds of the file for each point; print a note if the strategy draws others."""
+    if len(seeds) > 1 and options.repeat == 1 and strategy.sampling is not Sampling.NONE:
         print(
             f"note: {options.file}: the strategy `{strategy.name}` draws a seed for each run, beginning with "
             f"{seeds[0]}",
             file=sys.stderr,
         )
-        return ()
-    return tuple(seeds)
+    return listed_seeds(strategy, options.repeat, seeds)

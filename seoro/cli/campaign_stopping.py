@@ -6,10 +6,9 @@ import argparse
 
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End
+from seoro.campaign.state import State
 from seoro.campaign.statistics.sequential_test import Decision
-from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.stopping.watch import Watch
-from seoro.campaign.store.folder import CampaignFile
 from seoro.cli.arguments import add_option, duration
 from seoro.cli.exit_status import Exit
 
@@ -25,26 +24,15 @@ def add_stopping(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--budget TIME", "begin no run after this wall time, such as 1h", type=duration)
 
 
-def watch_of(campaign: CampaignFile) -> Watch:
-    """Make the watch over a campaign; its budget begins now.
-
-    Raises:
-        UsageError: A stopping rule is invalid.
-    """
-    return Watch([parse_rule(text) for text in campaign.until], campaign.budget)
-
-
-def rate_text(campaign: CampaignFile, watch: Watch, *, is_over: bool = False) -> str:
+def rate_text(state: State, *, is_complete: bool) -> str:
     """Return the pass rate with a comma in front, for a line of progress; empty if it estimates no probability.
 
     Args:
-        campaign: The campaign.
-        watch: Its watch.
-        is_over: Whether the campaign was carried out to its end.
+        state: State of the campaign.
+        is_complete: Whether the campaign was carried out to its end.
     """
-    if not campaign.is_sample or not (watch.passed or watch.failed):
-        return ""
-    return f", {watch.fixed_text if is_over and campaign.has_fixed_runs else watch.live_text}"
+    rate = state.rate(is_complete=is_complete)
+    return "" if rate.bounds is None or not rate.runs else f", {rate}"
 
 
 def status_of_test(watch: Watch, tally: Tally) -> Exit | None:

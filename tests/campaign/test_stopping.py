@@ -14,6 +14,7 @@ from seoro.campaign.runs import End, Row
 from seoro.campaign.statistics.rates import live_bounds
 from seoro.campaign.statistics.sequential_test import Decision, SequentialTest
 from seoro.campaign.stopping.grammar import parse_rule
+from seoro.campaign.stopping.rate import Rate, Validity
 from seoro.campaign.stopping.rules import Accuracy, Failures, RateTest, Rule
 from seoro.campaign.stopping.watch import Watch
 from seoro.cli.campaign_stopping import status_of_test
@@ -96,8 +97,16 @@ def test_runs_count_once_and_only_with_a_verdict() -> None:
     assert (watch.passed, watch.failed) == (1, 0), "run 5 has not ended"
     fed(watch, rows)
     assert (watch.passed, watch.failed) == (2, 1)
-    assert watch.live_text == "pass rate 66.67 % (6.68 to 99.58 %, valid at any time)"
-    assert watch.fixed_text == "pass rate 66.67 % (9.43 to 99.16 %, 95 % confidence)"
+
+
+def test_rates_are_told_with_their_intervals() -> None:
+    assert str(Rate(2, 1, Validity.ALWAYS)) == "pass rate 66.67 % (6.68 to 99.58 %, valid at any time)"
+    assert str(Rate(2, 1, Validity.FIXED)) == "pass rate 66.67 % (9.43 to 99.16 %, 95 % confidence)"
+    assert (
+        str(Rate(2, 1, Validity.NONE)) == "pass rate 66.67 % of 3 runs"
+        and Rate(2, 1, Validity.NONE).bounds is None
+    )
+    assert str(Rate(0, 0, Validity.ALWAYS)) == "pass rate unknown: no run has a verdict"
 
 
 def test_the_budget_ends_a_campaign() -> None:

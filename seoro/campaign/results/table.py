@@ -43,13 +43,13 @@ def write_table(rows: RowIndex, folder: Path) -> Path:
         OSError: The table cannot be written.
     """
     path = folder / TABLE
-    columns = _columns_of(islice(rows, _FIRST))
+    columns = columns_of(islice(rows, _FIRST))
     if not _write(rows, columns, path):  # a later run has more
-        _write(rows, _columns_of(rows), path)
+        _write(rows, columns_of(rows), path)
     return path
 
 
-def _columns_of(rows: Iterable[Row]) -> _Columns:
+def columns_of(rows: Iterable[Row]) -> _Columns:
     """Return the parameters that vary, and the measurements, each in the order of their first occurrence."""
     parameters: dict[str, None] = {}
     measurements: dict[str, None] = {}
@@ -65,15 +65,21 @@ def _write(rows: Iterable[Row], columns: _Columns, path: Path) -> bool:
     known = set(parameters), set(measurements)
     with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         writer = csv.writer(file)
-        writer.writerow([*BEFORE, *parameters, *AFTER, *measurements])
+        writer.writerow(header(parameters, measurements))
         for row in rows:
             if not row.values.keys() <= known[0] or not row.measured.keys() <= known[1]:
                 return False
-            writer.writerow(_line(row, parameters, measurements))
+            writer.writerow(cells(row, parameters, measurements))
     return True
 
 
-def _line(row: Row, parameters: Sequence[str], measurements: Sequence[str]) -> list[Any]:
+def header(parameters: Sequence[str], measurements: Sequence[str]) -> list[str]:
+    """Return the names of all columns; see `columns_of`."""
+    return [*BEFORE, *parameters, *AFTER, *measurements]
+
+
+def cells(row: Row, parameters: Sequence[str], measurements: Sequence[str]) -> list[Any]:
+    """Return the line of a run; None for missing values."""
     before = [row.status.value if name == "status" else getattr(row, name) for name in BEFORE]
     return [
         *before,

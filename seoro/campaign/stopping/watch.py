@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from seoro.campaign.runs import End, Row
-from seoro.campaign.statistics.rates import Bounds, fixed_bounds, live_bounds
-from seoro.campaign.stopping.rules import RateTest, Rule, Stop, number_of_percent, percent
+from seoro.campaign.stopping.rules import RateTest, Rule, Stop
 
 _IS_PASSED: Final = {End.PASSED: True, End.FAILED: False}
 
@@ -72,19 +71,3 @@ class Watch:
         if self.stop is None and self._budget is not None and self._clock() - self._begun >= self._budget:
             self.stop = Stop("the budget is used up")
         return self.stop is not None
-
-    @property
-    def live_text(self) -> str:
-        """Pass rate with an interval that is valid at any time, for people; needs a verdict."""
-        return self._text(live_bounds, "valid at any time")
-
-    @property
-    def fixed_text(self) -> str:
-        """Pass rate with the exact interval for a fixed number of runs, for people; needs a verdict."""
-        return self._text(fixed_bounds, "95 % confidence")
-
-    def _text(self, bounds_of: Callable[[int, int], Bounds], label: str) -> str:
-        runs = self.passed + self.failed
-        bounds = bounds_of(self.passed, runs)
-        rate = percent(self.passed / runs)
-        return f"pass rate {rate} ({number_of_percent(bounds.low)} to {percent(bounds.high)}, {label})"

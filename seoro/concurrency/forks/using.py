@@ -195,10 +195,14 @@ async def _start_fork_server(
             start_new_session=True,
             env=environment,
         )
+        return _ForkServer(process, ours, await socket_reader(reports))
+    except BaseException:  # also if it is cancelled
+        ours.close()
+        reports.close()
+        raise
     finally:
         theirs.close()
         reports_write.close()
-    return _ForkServer(process, ours, await socket_reader(reports))
 
 
 class _Told(asyncio.StreamReaderProtocol):

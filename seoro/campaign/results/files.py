@@ -1,8 +1,7 @@
-"""Result files of a campaign."""
+"""Result files of a campaign: `report.html`, `runs.csv`, `runs.parquet`, `test.xml`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from seoro.campaign.report.page import write_report
@@ -31,9 +30,3 @@ def write_results(folder: Path) -> list[Path]:
     table = write_table(rows, folder)
     converted = [write_parquet(table)] if is_parquet_installed() else []
     return [write_report(folder), table, *converted, write_junit(rows, folder, campaign.manifest.shown)]
-
-
-def print_files(files: Iterable[Path]) -> None:
-    """Print the paths of result files."""
-    for path in files:
-        print(f"  {path}")

@@ -1,0 +1,115 @@
+"""Functions of programs: start a campaign, continue it, or carry it out in a new event loop."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Unpack
+
+from seoro.bundle.unpack import read_options
+from seoro.campaign.asking import CampaignFields, Request, request_from
+from seoro.campaign.jobs import simultaneous_runs
+from seoro.campaign.opening import new_campaign, reopen, space_of
+from seoro.campaign.places import Places
+from seoro.campaign.results.results import Results
+from seoro.campaign.session import Campaign
+from seoro.embed.arguments import AnyPath, to_path
+from seoro.embed.scenarios import Scenario
+from seoro.errors import UsageError
+
+
+@asynccontextmanager
+async def start(scenario: AnyPath | Scenario, **arguments: Unpack[CampaignFields]) -> AsyncIterator[Campaign]:
+    """Start a campaign in the running event loop. When the block ends, its runs are stopped.
+
+    Args:
+        scenario: Scenario file, or result of `seoro.load`.
+        arguments: Those of a campaign, and the options of `seoro.start` that all runs share, such as `seed` and
+            `simulator`. The former are options of `seoro campaign run`: `strategy` (default: `Grid()`), `vary`,
+            `runs`, `repeat`, `until`, `budget` [s], `overwrite`, `keep`, `film`, `parquet`, `isolation`, `jobs`.
+            `folder` is the folder of the campaign (default: `campaign`).
+
+    Raises:
+        InvalidScenario, UsageError: The scenario or an argument is invalid, or the folder is taken; nothing was
+            started.
+        BackendError: No process can be started.
+        OSError: The folder cannot be written.
+    """
+    async with start_with(request_from(scenario, arguments)) as campaign:
+        yield campaign
+
+
+@asynccontextmanager
+async def start_with(request: Request) -> AsyncIterator[Campaign]:
+    """Start a campaign with checked arguments; see `start`."""
+    options = request.options
+    jobs, space = simultaneous_runs(options, request.jobs), space_of(request.scenario, options, request.varied)
+    folder = new_campaign(
+        request.scenario, options, space, request.asked, request.folder, overwrite=request.overwrite
+    )
+    campaign = Campaign(folder, space, is_new=True)
+    async with campaign.running(Places(jobs)):
+        yield campaign
+
+
+@asynccontextmanager
+async def resume(folder: AnyPath, *, runs: int | None = None, jobs: int | None = None) -> AsyncIterator[Campaign]:
+    """Continue a campaign that was stopped, or extend it. When the block ends, its runs are stopped.
+
+    Args:
+        folder: Its folder.
+        runs: New number of runs; None to keep it.
+        jobs: Number of simultaneous runs; None for one per processor.
+
+    Raises:
+        UsageError: The folder is not that of a campaign, or its scenario has changed.
+        BackendError: No process can be started.
+    """
+    campaign, places = reopened(to_path("folder", folder), runs, jobs)
+    async with campaign.running(places):
+        yield campaign
+
+
+def reopened(folder: Path, runs: int | None, jobs: int | None) -> tuple[Campaign, Places]:
+    """Open a campaign to continue it; see `resume`.
+
+    Returns:
+        The campaign, and the places of its runs.
+    """
+    opened, scenario = reopen(folder, runs)
+    manifest = opened.campaign.manifest
+    try:
+        options = read_options(manifest, Path(manifest.root or "."))
+        return Campaign(opened, space_of(scenario, options)), Places(simultaneous_runs(options, jobs))
+    except BaseException:
+        opened.close()
+        raise
+
+
+def run(scenario: AnyPath | Scenario, **arguments: Unpack[CampaignFields]) -> Results:
+    """Carry out a campaign to its end in a new event loop, for scripts.
+
+    Ctrl-C stops the active runs, then raises `KeyboardInterrupt`; `resume` continues the campaign.
+
+    Args:
+        scenario, arguments: As of `start`.
+
+    Raises:
+        InvalidScenario, UsageError, BackendError, OSError: As `start`; `UsageError` also in an event loop.
+    """
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return asyncio.run(_run(request_from(scenario, arguments)))
+    raise UsageError(
+        "`seoro.campaign.run` cannot be called from a running event loop",
+        help="use `async with seoro.campaign.start(...) as campaign: await campaign.wait()`",
+    )
+
+
+async def _run(request: Request) -> Results:
+    async with start_with(request) as campaign:
+        await campaign.wait()
+    return campaign

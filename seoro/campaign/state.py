@@ -1,0 +1,57 @@
+"""State of a campaign: its counts, its pass rate, and whether a rule ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from seoro.campaign.results.tally import Tally
+from seoro.campaign.runs import Row
+from seoro.campaign.stopping.grammar import parse_rule
+from seoro.campaign.stopping.rate import Rate, Validity
+from seoro.campaign.stopping.watch import Watch
+from seoro.campaign.store.folder import CampaignFile
+
+
+class State:
+    """State of a campaign; its budget begins now.
+
+    Args:
+        campaign: Content of its `campaign.json`.
+        rows: Rows of runs that have ended before.
+
+    Attributes:
+        campaign: As given.
+        tally: Counts of runs.
+        watch: Verdicts in the order of the runs.
+
+    Raises:
+        UsageError: A stopping rule is invalid.
+    """
+
+    def __init__(self, campaign: CampaignFile, rows: Iterable[Row]) -> None:
+        self.campaign = campaign
+        self.tally = Tally()
+        self.watch = Watch([parse_rule(text) for text in campaign.until], campaign.budget)
+        for row in rows:
+            self.record(row)
+
+    def record(self, row: Row) -> None:
+        """Take the end of a run."""
+        self.tally.count(row)
+        self.watch.record(row)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all runs have ended, if their number is known in advance."""
+        return self.tally.runs == self.campaign.runs
+
+    def rate(self, *, is_complete: bool) -> Rate:
+        """Return the pass rate of the runs before the first that has not ended.
+
+        Args:
+            is_complete: Whether the campaign was carried out to its end.
+        """
+        validity = Validity.NONE
+        if self.campaign.is_sample:
+            validity = Validity.FIXED if is_complete and self.campaign.has_fixed_runs else Validity.ALWAYS
+        return Rate(self.watch.passed, self.watch.failed, validity)
