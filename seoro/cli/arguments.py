@@ -30,13 +30,15 @@ _OPTION = re.compile(r"--[a-z][a-z-]*")
 class Parser(argparse.ArgumentParser):
     """Argument parser that prints errors in the format of seoro."""
 
+    place = ""  # place in a file of the arguments, in front of errors
+
     def error(self, message: str) -> NoReturn:
         """Print an error and end the process."""
         self.refuse(message, f"see `{self.prog} --help`")
 
     def refuse(self, message: str, hint: str) -> NoReturn:
         """Print an error with a hint, and end the process."""
-        print(f"error: {message}\n  = help: {hint}", file=sys.stderr)
+        print(f"error: {self.place}{message}\n  = help: {hint}", file=sys.stderr)
         sys.exit(Exit.INVALID)
 
     def refuse_unknown(self, arguments: Sequence[str]) -> NoReturn:

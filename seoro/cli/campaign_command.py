@@ -18,6 +18,7 @@ from seoro.campaign.runs import End
 from seoro.campaign.session import Campaign
 from seoro.campaign.starting import reopened
 from seoro.cli.arguments import add_command, add_option
+from seoro.cli.campaign_file import is_campaign_file, use_campaign_file
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
 from seoro.cli.campaign_progress import Progress, print_files, print_status, seeds_text
 from seoro.cli.campaign_replay import add_replay, replay
@@ -51,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     commands = parser.add_subparsers(title="subcommands", dest="what", metavar="SUBCOMMAND", required=True)
     run_it = add_command(commands, "run", "start a campaign")
-    run_it.add_argument("file", metavar="FILE", help="scenario file (.osc)")
+    run_it.add_argument("file", metavar="FILE", help="scenario file (.osc), or campaign file (.yaml)")
     add_run_arguments(run_it)
     add_option(
         run_it, "-o --output-dir DIR", "folder of the campaign (default: campaign)", default=Path("campaign")
@@ -106,6 +107,8 @@ def run(options: argparse.Namespace) -> int:
         with write_errors(options.folder):
             print_files(read(options.folder).write())
         return Exit.PASSED
+    if options.what == "run" and is_campaign_file(options.file):
+        use_campaign_file(options)
     return anyio.run(_run if options.what == "run" else _resume, options)
 
 

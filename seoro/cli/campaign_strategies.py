@@ -8,6 +8,7 @@ import math
 from seoro.campaign.store.folder import StrategyText
 from seoro.campaign.strategies.choice import STRATEGIES, make_strategy, strategy_options
 from seoro.campaign.strategies.contract import Strategy
+from seoro.campaign.strategies.grid import Grid
 from seoro.campaign.strategies.latin import Latin
 from seoro.cli.arguments import Container, add_option
 
@@ -20,7 +21,7 @@ def add_strategies(parser: Container) -> None:
         parser,
         "--strategy NAME",
         f"choice of values: {', '.join(STRATEGIES)} (default: grid)",
-        default="grid",
+        default=None,
     )
     for each in strategy_options():
         spec = f"--{each.name}{_PLACEHOLDERS[each.kind]}"
@@ -35,6 +36,7 @@ def chosen_strategy(options: argparse.Namespace) -> Strategy:
     """
     given = {each.name: getattr(options, each.name) for each in strategy_options()}
     given = {name: value for name, value in given.items() if value is not None}
-    if options.strategy == Latin.name and options.runs is not None:
+    name = options.strategy or Grid.name
+    if name == Latin.name and options.runs is not None:
         given.setdefault("size", math.ceil(options.runs / options.repeat))
-    return make_strategy(StrategyText(name=options.strategy, options=given))
+    return make_strategy(StrategyText(name=name, options=given))

@@ -63,6 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options, unknown = _parser(arguments).parse_known_args(arguments)
     if unknown:
         options.parser.refuse_unknown(unknown)
+    options.arguments = arguments
     try:
         with using_keys(options):
             status = options.run(options)

@@ -15,11 +15,12 @@ from tests.tools.reference.commands import commands
 from tests.tools.reference.libraries import libraries
 from tests.tools.reference.robots import referenced_robots
 from tests.tools.reference.rules import bridge_rules, simulator_rules
-from tests.tools.reference.schemas import lab_file, profile_file, robot_file, world_file
+from tests.tools.reference.schemas import campaign_file, lab_file, profile_file, robot_file, world_file
 from tests.tools.reference.verbs import executor_verbs, node_verbs, result_codes
 
 GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
     "bridge rules": bridge_rules,
+    "campaign file": campaign_file,
     "codes": codes,
     "commands": commands,
     "executor verbs": executor_verbs,

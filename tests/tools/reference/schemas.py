@@ -15,10 +15,16 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from seoro.bridges.ros2.robots.profile import Profile
+from seoro.cli.campaign_keys import CampaignKeys
 from seoro.lab.schema import LabFile
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.worlds.schema import WorldFile
 from tests.tools.reference.tables import cell, code, table
+
+
+def campaign_file() -> str:
+    """Return the keys of a campaign file."""
+    return _keys(CampaignKeys)
 
 
 def lab_file() -> str:
