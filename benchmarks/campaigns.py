@@ -5,6 +5,7 @@ Part `search`: runs until the first failure of each strategy, for a planted fail
 Part `covering`: rows and processor time of covering arrays.
 Part `report`: processor time, memory and size of a report.
 Part `rate`: processor time of campaigns of short runs, of all their processes, and time to the first row.
+Part `overhead`: processor time of a campaign in simulators, beyond that of its simulators.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from tests.campaign.generated import generate
 from tests.campaign.planted import COLUMN, Planted, runs_until_failure
 from tests.campaign.statistics.exact import decisions, probability_of_exclusion
 
+OBSTACLE = "scenarios/navigation/obstacle.osc"
 TRIVIAL = """import osc.types
 import osc.helpers
 
@@ -146,15 +148,36 @@ def rate(runs: int) -> None:
             )
 
 
+def overhead(runs: int) -> None:
+    """Print what a campaign takes beside its simulators.
+
+    Args:
+        runs: Number of runs; at least 100, since a start takes as long as a run.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "out"
+        command = [sys.executable, "-m", "seoro.cli.main", "campaign", "run", OBSTACLE, "--sim", "mujoco"]
+        options = ["--rate", "max", "--seed", "1", "--strategy", "random", "--runs", str(runs), "-o", str(out)]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([*command, *options, "-j", "1"], stdout=subprocess.DEVNULL, check=False)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        rows = list(read_rows(out))
+    taken = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    simulated, made = sum(row.sim_cpu for row in rows), sum(row.cpu for row in rows)
+    print(f"{len(rows)} runs: {taken:.1f} s, of this the simulator {simulated:.1f} s and the runs {made:.1f} s")
+    print(f"beyond the simulator: {taken / simulated - 1:.1%}")
+
+
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=["intervals", "search", "covering", "report", "rate"])
-    parser.add_argument("--runs", type=int, default=2000, help="of intervals, report and rate")
+    parser.add_argument("part", choices=["intervals", "search", "covering", "report", "rate", "overhead"])
+    parser.add_argument("--runs", type=int, default=2000, help="of all but search and covering")
     parser.add_argument("--repetitions", type=int, default=100, help="of search and covering")
     options = parser.parse_args()
-    if options.part in ("intervals", "report", "rate"):
-        {"intervals": intervals, "report": report, "rate": rate}[options.part](options.runs)
+    by_runs = {"intervals": intervals, "report": report, "rate": rate, "overhead": overhead}
+    if options.part in by_runs:
+        by_runs[options.part](options.runs)
     else:
         {"search": search, "covering": covering}[options.part](options.repetitions)
 

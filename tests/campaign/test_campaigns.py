@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -235,12 +236,12 @@ def start(*arguments: str, **more: Any) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more)
 
 
-def processes_of(folder: str) -> list[str]:
-    """Return the processes whose command line names a folder."""
+def processes_of(word: str) -> list[str]:
+    """Return the processes with a word in their command line, such as a folder."""
     found = []
     for entry in Path("/proc").iterdir():
         with suppress(OSError):
-            if entry.name.isdecimal() and folder.encode() in (entry / "cmdline").read_bytes().split(b"\0"):
+            if entry.name.isdecimal() and word.encode() in (entry / "cmdline").read_bytes().split(b"\0"):
                 found.append(entry.name)
     return found
 
@@ -248,6 +249,15 @@ def processes_of(folder: str) -> list[str]:
 def rows_so_far() -> int:
     """Return the number of rows in all shards."""
     return sum(path.read_bytes().count(b"\n") for path in Path("out/runs").glob("*.jsonl"))
+
+
+def simulators_of(process: int) -> list[int]:
+    """Return the simulators that a process has started."""
+    return [int(found) for found in processes_of("sim_nodes") if _parent(found) == process]
+
+
+def _parent(process: str) -> int:
+    return int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1])
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
@@ -302,3 +312,26 @@ scenario main:
     assert [row["trace_sha"] for row in first] == [row["trace_sha"] for row in second]
     assert [float(row["turtlebot4.path_length"]) > 0.01 for row in first] == [True] * 4
     assert all(float(row["sim_cpu"]) > 0.0 for row in first)
+
+
+def test_runs_of_a_simulator_that_is_killed_are_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("main.osc").write_text("""import osc.driving
+scenario main:
+    turtlebot4: differential_drive_robot
+    do turtlebot4.drive(linear: 0.1mps, duration: 2s)
+""")
+    process = start("run", "main.osc", "--sim", "mujoco", "--repeat", "6", "-o", "out", "-j", "1", "--rate", "4")
+    try:
+        wait_until(lambda: rows_so_far() > 0, 60.0)
+        (simulator,) = simulators_of(process.pid)
+        os.kill(simulator, signal.SIGKILL)
+        assert process.wait(60) == 0
+    finally:
+        process.kill()
+        process.wait()
+    rows = table()
+    assert [row["status"] for row in rows] == 6 * ["passed"]
+    assert [row["attempt"] for row in rows].count("2") == 1

@@ -15,7 +15,7 @@ from typing import Final
 from seoro.bundle.unpack import limit_of
 from seoro.campaign.engine import WorkerDied
 from seoro.campaign.pool.simulators import Node, simulator_node
-from seoro.campaign.pool.worker import FATAL, STOP, Start
+from seoro.campaign.pool.worker import FATAL, LOST, STOP, Start
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.store.folder import CampaignFile
 from seoro.concurrency.forks.using import Forked, Forks, NoProcess, open_forks
@@ -142,6 +142,9 @@ class _Slot:
             raise WorkerDied(f"the run did not end within {self._limit:g} s, and was killed") from None
         if line.startswith(FATAL):
             raise UsageError(f"cannot write results: {line[1:].decode(errors='replace').strip()}")
+        if line == LOST:
+            await self._drop(worker)
+            raise WorkerDied(await self._end_of_simulator())
         if not line.endswith(b"\n"):
             raise WorkerDied(_death(await self._drop(worker)))
         return Row.from_line(line)
@@ -198,6 +201,13 @@ class _Slot:
             await self._end_worker()
             self._node = None
             await self._stack.aclose()
+
+    async def _end_of_simulator(self) -> str:
+        """Clean up after a simulator that has died; returns how it ended."""
+        assert self._node is not None, "it was that of the worker"
+        errors = self._node.errors
+        await self._end_simulator()
+        return f"the simulator ended its process: {errors[-1]}" if errors else "the simulator ended its process"
 
     async def _drop(self, worker: Forked) -> int | None:
         """Kill a worker that hangs or has died, with the programs that it has started; returns its exit status."""

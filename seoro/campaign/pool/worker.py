@@ -1,8 +1,9 @@
 """Process of a worker, forked by `template.py`.
 
 Its pipe brings lines: first `Start`, then planned runs, and `stop`. Its socket takes the row of each run, after it
-was appended to the shard, or the reason why rows cannot be written. When the pipe closes, the campaign is over, or
-its coordinator has died; the present run is then stopped.
+was appended to the shard. Instead of a row, it takes the reason why rows cannot be written, or `lost` if the
+simulator has died. When the pipe closes, the campaign is over, or its coordinator has died; the present run is
+then stopped.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from seoro.campaign.runs import Planned
 from seoro.campaign.store.folder import shard
 from seoro.campaign.store.lines import Appender
 from seoro.campaign.work.job import Job
-from seoro.campaign.work.running import Stopped, Worker
+from seoro.campaign.work.running import SimulatorDied, Stopped, Worker
 
 STOP: Final = b"stop\n"
 FATAL: Final = b"!"  # begins a line to the coordinator that ends the campaign
+LOST: Final = b"lost\n"  # the line to the coordinator of a worker without a simulator
 MOST_OF_A_LINE: Final = 1 << 20  # [bytes]
 
 
@@ -56,6 +58,8 @@ def work(job: Job, control: int, data: int) -> None:
             asyncio.run(_work(job, control, connection))
         except (Stopped, BrokenPipeError, ConnectionResetError):
             pass
+        except SimulatorDied:
+            connection.sendall(LOST)
         except OSError as error:  # such as a full disk
             connection.sendall(FATAL + f"{error.filename or job.folder}: {error.strerror}\n".encode())
             status = 1

@@ -34,6 +34,10 @@ class Stopped(Exception):
     """The run was stopped with its campaign; it will be made again."""
 
 
+class SimulatorDied(Exception):
+    """The simulator of the worker has died during a run, which will be made again."""
+
+
 class Worker:
     """Makes runs, one after another; close it at the end.
 
@@ -69,12 +73,15 @@ class Worker:
 
         Raises:
             Stopped: `stop` was called.
+            SimulatorDied: The worker has no simulator any more.
         """
         started = datetime.now(UTC).isoformat(timespec="milliseconds")
         cpu, wall, of_simulator = time.process_time(), time.monotonic(), self._simulator_time()
         end = await self._end(planned)
         if self._is_stopped:
             raise Stopped
+        if self._simulator is not None and self._simulator_fields() is None:
+            raise SimulatorDied
         return row_of(
             planned,
             self._job.digest,
@@ -170,13 +177,16 @@ class Worker:
 
     def _simulator_time(self) -> float:
         """Return the processor time of the simulator so far [s]; 0 without one."""
-        if self._simulator is None:
-            return 0.0
+        fields = self._simulator_fields()
+        return 0.0 if fields is None else (int(fields[11]) + int(fields[12])) / _TICKS
+
+    def _simulator_fields(self) -> list[str] | None:
+        """Return the fields of `/proc/PID/stat` of the simulator from the state on; None without a living one."""
         try:
             fields = Path(f"/proc/{self._simulator}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
         except OSError:
-            return 0.0
-        return (int(fields[11]) + int(fields[12])) / _TICKS
+            return None
+        return None if fields[0] == "Z" else fields
 
 
 def _error(planned: Planned, reason: str, where: str = "") -> dict[str, Any]:
