@@ -3,6 +3,7 @@
 Part `intervals`: how often intervals exclude the true rate, and how many runs a test needs.
 Part `search`: runs until the first failure of each strategy, for a planted failure of 0.26 % of the space.
 Part `covering`: rows and processor time of covering arrays.
+Part `shrink`: runs to shrink planted failures of five parameters.
 Part `report`: processor time, memory and size of a report.
 Part `rate`: processor time of campaigns of short runs, of all their processes, and time to the first row.
 Part `overhead`: processor time of a campaign in simulators, beyond that of its simulators.
@@ -20,6 +21,7 @@ import time
 from datetime import datetime
 from pathlib import Path
 
+from seoro.campaign.after.shrinking import Shrinking
 from seoro.campaign.report.page import write_report
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.statistics.sequential_test import SequentialTest
@@ -32,6 +34,7 @@ from seoro.campaign.strategies.search import Search
 from seoro.campaign.strategies.sobol import Sobol
 from tests.campaign.generated import generate
 from tests.campaign.planted import COLUMN, Planted, runs_until_failure
+from tests.campaign.shrunk import FAILURE, carry_out, planted
 from tests.campaign.statistics.exact import decisions, probability_of_exclusion
 
 OBSTACLE = "scenarios/navigation/obstacle.osc"
@@ -97,6 +100,16 @@ def covering(repetitions: int) -> None:
             f"{number} parameters with {values} values, {strength} at a time: "
             f"{min(sizes)} to {max(sizes)} rows, {cost:.2f} s"
         )
+
+
+def shrink(repetitions: int) -> None:
+    """Print the runs to shrink planted failures."""
+    for kind, name in enumerate(("two limits", "a limit of a sum", "a small box")):
+        runs = []
+        for seed in range(repetitions):
+            fails, values = planted(3 * seed + kind)
+            runs.append(len(carry_out(Shrinking(1, values, FAILURE), fails)))
+        print(f"{name:16}: median {statistics.median(runs):.0f} runs, at most {max(runs)}")
 
 
 def report(runs: int) -> None:
@@ -171,15 +184,17 @@ def overhead(runs: int) -> None:
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=["intervals", "search", "covering", "report", "rate", "overhead"])
-    parser.add_argument("--runs", type=int, default=2000, help="of all but search and covering")
-    parser.add_argument("--repetitions", type=int, default=100, help="of search and covering")
+    parser.add_argument(
+        "part", choices=["intervals", "search", "covering", "shrink", "report", "rate", "overhead"]
+    )
+    parser.add_argument("--runs", type=int, default=2000, help="of all but search, covering and shrink")
+    parser.add_argument("--repetitions", type=int, default=100, help="of search, covering and shrink")
     options = parser.parse_args()
     by_runs = {"intervals": intervals, "report": report, "rate": rate, "overhead": overhead}
     if options.part in by_runs:
         by_runs[options.part](options.runs)
     else:
-        {"search": search, "covering": covering}[options.part](options.repetitions)
+        {"search": search, "covering": covering, "shrink": shrink}[options.part](options.repetitions)
 
 
 if __name__ == "__main__":

@@ -86,10 +86,7 @@ class Emitter:
             OSError: The file cannot be written.
         """
         path = self._folder / name
-        if path.exists() and MARK.encode() not in read_input(path, Kind.SCENARIO):
-            raise UsageError(
-                f"{path} exists, and was not written by seoro campaign", help="remove it, or choose another file"
-            )
+        check_replaceable(path)
         module = self._scenario.checked.sources.entry
         file = module.file
         comments = [MARK + ".", *(f"# {line}" for line in note)]
@@ -168,6 +165,18 @@ class Emitter:
                 uri = os.path.relpath(imported, place)
                 span = statement.span
                 yield span.start, span.end, span.text.replace(statement.uri, uri)
+
+
+def check_replaceable(path: Path) -> None:
+    """Check that a file can be written: it is missing, or was written by a campaign.
+
+    Raises:
+        UsageError: It is another file.
+    """
+    if path.exists() and MARK.encode() not in read_input(path, Kind.SCENARIO):
+        raise UsageError(
+            f"{path} exists, and was not written by seoro campaign", help="remove it, or choose another file"
+        )
 
 
 def _place(path: Path, content: bytes) -> None:

@@ -240,6 +240,7 @@ async def open_campaign(
     places: Places,
     on_row: Callable[[Row], object],
     is_enough: Callable[[], bool] = lambda: False,
+    strategy: Strategy | None = None,
 ) -> AsyncIterator[Coordinator]:
     """Open the engines of a campaign while the block lasts.
 
@@ -249,12 +250,13 @@ async def open_campaign(
         places: Places of its runs.
         on_row: Called with each row.
         is_enough: Called after each row; returns whether no more runs shall begin.
+        strategy: Its strategy, unless `campaign.json` is enough to make it.
 
     Raises:
         UsageError: The strategy cannot be used with these axes, or a place cannot carry out the campaign.
         BackendError: No process can be started.
     """
-    planner = Planner(folder, make_strategy(folder.campaign.strategy), space)
+    planner = Planner(folder, strategy or make_strategy(folder.campaign.strategy), space)
     async with open_engines(folder, places) as engine:
         yield Coordinator(folder, planner, engine, on_row, is_enough)
 

@@ -21,6 +21,7 @@ from seoro.campaign.state import State
 from seoro.campaign.stopping.rate import Rate
 from seoro.campaign.stopping.rules import Stop
 from seoro.campaign.store.folder import CampaignFolder, read_rows
+from seoro.campaign.strategies.contract import Strategy
 from seoro.errors import SeoroError
 
 
@@ -35,6 +36,7 @@ class Campaign(Results):
         folder: Its open folder, which `running` closes.
         space: Axes of the campaign, and their constraints.
         is_new: Whether to remove the folder if the campaign cannot be started.
+        strategy: Its strategy, unless `campaign.json` is enough to make it.
 
     Attributes:
         space: As given.
@@ -42,13 +44,16 @@ class Campaign(Results):
         is_discarded: Whether the folder was removed.
     """
 
-    def __init__(self, folder: CampaignFolder, space: Space, *, is_new: bool = False) -> None:
+    def __init__(
+        self, folder: CampaignFolder, space: Space, *, is_new: bool = False, strategy: Strategy | None = None
+    ) -> None:
         super().__init__(folder.folder, folder.campaign)
         self.space = space
         self.state = State(folder.campaign, read_rows(folder.folder))
         self.is_discarded = False
         self._opened = folder
         self._is_new = is_new
+        self._strategy = strategy
         self._on_row: Callable[[Row], object] = _ignore
         self._readers: WeakSet[RowReader] = WeakSet()
         self._coordinator: Coordinator | None = None
@@ -147,7 +152,7 @@ class Campaign(Results):
     async def _carry_out(self, places: Places) -> None:
         try:
             async with open_campaign(
-                self._opened, self.space, places, self._take, self.state.watch.is_enough
+                self._opened, self.space, places, self._take, self.state.watch.is_enough, self._strategy
             ) as coordinator:
                 self._coordinator = coordinator
                 self._has_begun.set_result(None)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import signal
-import sys
 from pathlib import Path
 
 import anyio
@@ -19,10 +17,12 @@ from seoro.campaign.session import Campaign
 from seoro.campaign.starting import reopened
 from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_file import is_campaign_file, use_campaign_file
+from seoro.cli.campaign_interruption import Interruption
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
 from seoro.cli.campaign_progress import Progress, print_files, print_status, seeds_text
 from seoro.cli.campaign_replay import add_replay, replay
 from seoro.cli.campaign_request import add_kept_files, asked_of
+from seoro.cli.campaign_shrink import add_shrink, shrink
 from seoro.cli.campaign_stopping import add_stopping, status_of_test
 from seoro.cli.campaign_strategies import add_strategies
 from seoro.cli.exit_status import Exit
@@ -39,6 +39,7 @@ EXAMPLES = """examples:
   seoro campaign resume out/ --runs 5000
   seoro campaign report out/
   seoro campaign replay out/ 123
+  seoro campaign shrink out/ 123
 
 A campaign varies each parameter with a constraint `in`, such as `keep(noise in [0.0, 0.1, 0.2])` or
 `keep(noise in [0.0..0.2])`, that is not set with `--set` or `--params`.
@@ -94,6 +95,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     report = add_command(commands, "report", "write the results again: report.html, runs.csv, test.xml")
     report.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     add_replay(commands)
+    add_shrink(commands)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -103,6 +105,8 @@ def run(options: argparse.Namespace) -> int:
         return Exit.PASSED
     if options.what == "replay":
         return replay(options)
+    if options.what == "shrink":
+        return shrink(options)
     if options.what == "report":
         with write_errors(options.folder):
             print_files(read(options.folder).write())
@@ -137,7 +141,7 @@ async def _carry_out(campaign: Campaign, places: Places) -> int:
     """Carry out a campaign, and write its results, also when it is interrupted."""
     file, varying = campaign.campaign, count(len(campaign.space.axes), "parameter")
     print(f"{file.manifest.shown}: {file.strategy.name} over {varying}, {seeds_text(file)}", flush=True)
-    progress, interrupted = Progress(campaign.state), _Interruption(campaign)
+    progress, interrupted = Progress(campaign.state), Interruption(campaign)
     files: list[Path] = []
     try:
         with progress.showing() as show:
@@ -162,22 +166,3 @@ def _status(tally: Tally) -> Exit:
     if set(tally.ends) <= {End.PASSED}:
         return Exit.PASSED
     return Exit.FAILED if set(tally.ends) <= {End.PASSED, End.FAILED} else Exit.ERROR
-
-
-class _Interruption:
-    """Stops a campaign at the first signal, and drops it at the second."""
-
-    def __init__(self, campaign: Campaign) -> None:
-        self._campaign = campaign
-        self.has_come = False
-
-    async def listen(self, scope: anyio.CancelScope) -> None:
-        """Wait for signals."""
-        with anyio.open_signal_receiver(signal.SIGINT, signal.SIGTERM) as signals:
-            async for _ in signals:
-                if self.has_come:
-                    scope.cancel()
-                    return
-                self.has_come = True
-                print("stopping active runs; press again to stop at once", file=sys.stderr, flush=True)
-                self._campaign.stop()

@@ -5,6 +5,7 @@ Values are texts in the notation of the scenario, as overrides are.
 
 from __future__ import annotations
 
+import re
 from typing import TypeAlias
 
 from seoro.lang.frozen import Value
@@ -65,6 +66,12 @@ class Interval(Value):
         rounded = int(value) if self.is_whole else float(f"{value:.{DIGITS}g}")
         return value_text(rounded, self.type, _NO_STRUCTURES)
 
+    def number(self, text: str) -> float:
+        """Return the number of a text that `text` has made [SI base unit]."""
+        found = _NUMBER.match(text)
+        assert found is not None, "it begins with a number"
+        return float(found[0])
+
     def levels(self, number: int) -> tuple[str, ...]:
         """Return equidistant values with both bounds; of whole numbers, at most all."""
         if self.is_whole and self.high - self.low < number:
@@ -79,4 +86,5 @@ class Interval(Value):
 Axis: TypeAlias = Choices | Interval
 """Parameter that varies."""
 
+_NUMBER = re.compile(r"-?[0-9.]+(e[-+]?[0-9]+)?")
 _NO_STRUCTURES = Structures()  # numbers need none

@@ -7,6 +7,7 @@
 | `runs/WORKER.jsonl` | a row for each ended run, one file per worker |
 | `kept/000123/` | trace and files of a run |
 | `replayed/000123/` | results of a run that was repeated |
+| `shrink/000123/`, `neighbours/000123/` | campaigns around a failed run |
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ RUNS: Final = "runs"
 COORDINATOR: Final = "coordinator"  # its shard has rows of runs that ended their workers
 KEPT: Final = "kept"
 REPLAYED: Final = "replayed"
+SHRINK: Final = "shrink"
+NEIGHBOURS: Final = "neighbours"
 LOCK: Final = "lock"
 DERIVED: Final = ("runs.csv", "runs.parquet", "test.xml", "report.html")  # can be made again
 _NUMBER: Final = re.compile(rb'\{"number": ?(\d{1,18})\b')
@@ -164,7 +167,7 @@ def create_folder(folder: Path, campaign: CampaignFile, *, overwrite: bool) -> C
 
 
 def _remove_campaign(folder: Path) -> None:
-    for name in (RUNS, KEPT, REPLAYED):
+    for name in (RUNS, KEPT, REPLAYED, SHRINK, NEIGHBOURS):
         shutil.rmtree(folder / name, ignore_errors=True)
     for name in (ASKED, *DERIVED, CAMPAIGN):
         (folder / name).unlink(missing_ok=True)

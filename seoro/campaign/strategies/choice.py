@@ -24,6 +24,10 @@ STRATEGIES: Final[Mapping[str, type[Any]]] = {each.name: each for each in _ALL}
 """Classes of strategies; their fields are their options."""
 
 
+AFTERWARDS: Final = ("shrink", "neighbours")
+"""Strategies that begin at a failed run of another campaign."""
+
+
 class StrategyOption(Value):
     """Option of strategies.
 
@@ -59,6 +63,11 @@ def make_strategy(text: StrategyText) -> Strategy:
     Raises:
         UsageError: The name or an option is unknown, or a value has the wrong type.
     """
+    if text.name in AFTERWARDS:
+        raise UsageError(
+            f"this campaign is part of another one; `seoro campaign {text.name}` continues it",
+            help=f"seoro campaign {text.name} FOLDER RUN, with the folder and the number of the failed run",
+        )
     kind = STRATEGIES.get(text.name)
     if kind is None:
         hint = near(text.name, STRATEGIES) or f"strategies: {', '.join(STRATEGIES)}"

@@ -1,0 +1,166 @@
+"""`seoro campaign shrink`: the simplest values at which a failed run still fails, as a scenario file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+import anyio
+
+from seoro.campaign.after.around import Start, open_around, start_at
+from seoro.campaign.after.exec_options import words_beyond_directives
+from seoro.campaign.after.finding import find_failed
+from seoro.campaign.after.same_failure import SameFailure
+from seoro.campaign.after.shrinking import Outcome, Shrinking
+from seoro.campaign.emit import Emitted, Emitter, check_replaceable
+from seoro.campaign.runs import End, Row
+from seoro.campaign.store.folder import SHRINK, StrategyText
+from seoro.campaign.work.measurements import reason_key
+from seoro.cli.arguments import Commands, add_option
+from seoro.cli.campaign_around import add_around, carry_out, ending_of, repeats_of
+from seoro.cli.exit_status import Exit
+from seoro.cli.files import write_errors
+from seoro.cli.tables import table
+from seoro.errors import UsageError
+from seoro.files.inputs import resolved
+from seoro.runtime.verdict import RunStatus
+
+RUNS: Final = 200
+
+
+def add_shrink(commands: Commands) -> None:
+    """Declare the subcommand."""
+    parser = add_around(commands, SHRINK, "find the simplest values at which a failed run still fails", RUNS)
+    add_option(parser, "-o --output FILE", "scenario file with these values (default: NAME_RUN.osc)", dest="file")
+
+
+def shrink(options: argparse.Namespace) -> int:
+    """Run the subcommand."""
+    return anyio.run(_shrink, options)
+
+
+async def _shrink(options: argparse.Namespace) -> int:
+    start = start_at(find_failed(options.folder, options.number))
+    row = start.found.row
+    file = options.file or Path(f"{Path(start.found.campaign.manifest.entry).stem}_{row.run}.osc")
+    _check_file(file, start)
+    failure = start.failure(any_failure=options.any_failure)
+    strategy = Shrinking(row.run, start.values, failure)
+    text = StrategyText(name=SHRINK, options={"any_failure": options.any_failure})
+    repeat = repeats_of(options, start)
+    with write_errors(start.found.folder):
+        folder = open_around(start, SHRINK, text, options.runs, repeat)
+    print(f"{start.found.campaign.manifest.shown}: run {row.run}, seed {row.seed}: {row.reason}", flush=True)
+
+    def show(each: Row) -> None:
+        changed = each.strategy.partition(": ")[2] or "the run itself"
+        print(f"{each.run:>5}  {ending_of(each, failure):13}  {changed}", flush=True)
+
+    is_same = False
+    is_interrupted = await carry_out(folder, start, strategy, options.jobs, show)
+    if strategy.outcome in (Outcome.FAILING, Outcome.MINIMAL):
+        _print_values(strategy, start)
+        if strategy.outcome is Outcome.FAILING:
+            print("  stopped early: there may be simpler values")
+        with write_errors(file):
+            emitted = _write(file, strategy, start)
+        is_same = not is_interrupted and _verify(file, emitted, start, failure)
+    if is_interrupted:
+        print(f"  continue with the same command; its runs are in {folder.folder}")
+        return Exit.INTERRUPTED
+    if strategy.outcome is Outcome.GONE:
+        print(_flaky(strategy, failure, row))
+        return Exit.FAILED
+    return Exit.PASSED if is_same else Exit.ERROR
+
+
+def _check_file(file: Path, start: Start) -> None:
+    """Check before the runs that the file can be written.
+
+    Raises:
+        UsageError: It is not a scenario file, or one of the user.
+    """
+    if file.suffix != ".osc":
+        raise UsageError(f"expected a scenario file for `-o`, found {file}", help="for example `-o small.osc`")
+    if resolved(file) in {resolved(source.path) for source in start.scenario.files if source.path is not None}:
+        raise UsageError(f"{file} is a file of the scenario", help="choose another file with `-o`")
+    check_replaceable(file)
+
+
+def _print_values(strategy: Shrinking, start: Start) -> None:
+    before = start.values
+    lines = [["parameter", f"run {start.found.row.run}", "shrunk", "matters"]]
+    for path, text in strategy.values.items():
+        lines.append([path, before[path], text, "no" if text == strategy.simplest[path] else "yes"])
+    print(f"\n{table(lines, '  ')}\n")
+    unknown = [axis.path for axis in start.space.axes if axis.path not in before]
+    if unknown:
+        print(f"  each run draws {', '.join(unknown)}: the trace of run {start.found.row.run} was not kept")
+
+
+def _flaky(strategy: Shrinking, failure: SameFailure, row: Row) -> str:
+    """Describe a failure that does not repeat."""
+    assert strategy.repeated is not None, "it was repeated"
+    rows = strategy.repeated.rows
+    same = sum(map(failure.matches, rows))
+    if len(rows) > 1:
+        return (
+            f"\nrun {row.run} is flaky: with its values and its seed, {same} of {len(rows)} runs fail the same way"
+        )
+    if not rows or rows[0].status is not End.FAILED:
+        end = rows[0].status.value if rows else "excluded by constraints"
+        return f"\nrun {row.run} is flaky: it failed, and with the same values and the same seed it is {end}"
+    return (
+        f"\nrun {row.run} fails in another way with the same values and the same seed: {rows[0].reason}\n"
+        "  `--any-failure` counts all failures"
+    )
+
+
+def _write(file: Path, strategy: Shrinking, start: Start) -> Emitted:
+    """Write the scenario file."""
+    row = start.found.row
+    note = [
+        f"Run {row.run} of the campaign in {start.found.folder} with simpler values, with which it fails:",
+        " ".join(row.reason.split()),
+    ]
+    emitter = Emitter(start.scenario, start.options, file.parent)
+    return emitter.write(file.name, strategy.values, row.seed, note)
+
+
+def _verify(file: Path, emitted: Emitted, start: Start, failure: SameFailure) -> bool:
+    """Run the scenario file, and print whether it fails the same way."""
+    words = [str(file), *words_beyond_directives(start.options)]
+    print(f"  {shlex.join(['seoro', 'exec', *words])}", flush=True)
+    command = [sys.executable, "-m", "seoro.cli.main", "exec", *words, "--json"]
+    ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    try:
+        result = json.loads(ended.stdout)
+    except json.JSONDecodeError:
+        print(f"  it does not run: {ended.stderr.strip() or f'exit status {ended.returncode}'}")
+        return False
+    is_failure = result["status"] == RunStatus.FAILED.value
+    where = _place_in(emitted, start.found.campaign.manifest.shown, failure.where)
+    is_alike = reason_key(result["reason"]) == failure.reason_key and _place(result["source"]) == where
+    if is_failure and (failure.any_failure or is_alike):
+        print("  it fails the same way")
+        return True
+    print(f"  it does not fail the same way: {result['status']} {result['reason']} {result['source']}".rstrip())
+    return False
+
+
+def _place_in(emitted: Emitted, shown: str, where: str) -> tuple[str, ...]:
+    """Return the place in a written file of a place in the scenario: name, line and column."""
+    file, *numbers = where.rsplit(":", 2)
+    if file != shown:
+        return _place(where)
+    return (emitted.path.name, str(emitted.line_of(int(numbers[0]))), numbers[1])
+
+
+def _place(where: str) -> tuple[str, ...]:
+    file, *numbers = where.rsplit(":", 2)
+    return (Path(file).name, *numbers)
