@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final, cast, get_args
 
 from seoro.campaign.opening import Asked, listed_seeds
+from seoro.campaign.places import Places
 from seoro.campaign.store.folder import Isolation, Keep
 from seoro.campaign.strategies.choice import STRATEGIES
 from seoro.campaign.strategies.contract import Strategy
@@ -21,6 +22,7 @@ from seoro.embed.arguments import (
     to_flag,
     to_limit,
     to_path,
+    to_text,
     to_texts,
     to_whole,
     wrong_type,
@@ -54,6 +56,8 @@ class CampaignFields(OptionFields, total=False):
     parquet: bool
     isolation: Isolation | None
     jobs: int | None
+    on: Sequence[str]
+    executor: str | None
 
 
 class Request(Value):
@@ -66,7 +70,7 @@ class Request(Value):
         asked: Request for the campaign.
         folder: Its folder.
         overwrite: Whether to replace another campaign there.
-        jobs: Number of simultaneous runs; None for one per processor.
+        places: Places of the runs.
     """
 
     scenario: Scenario
@@ -75,7 +79,7 @@ class Request(Value):
     asked: Asked
     folder: Path
     overwrite: bool
-    jobs: int | None
+    places: Places
 
 
 def request_from(scenario: AnyPath | Scenario, fields: CampaignFields) -> Request:
@@ -103,13 +107,14 @@ def request_from(scenario: AnyPath | Scenario, fields: CampaignFields) -> Reques
             )
     options, found = with_file_settings(loaded, options_from(cast(OptionFields, shared)), "timeout=SECONDS")
     folder, overwrite = own.pop("folder", FOLDER), own.pop("overwrite", False)
-    jobs, varied = own.pop("jobs", None), own.pop("vary", ())
+    places = Places(**{name: own.pop(name) for name in ("jobs", "on", "executor") if name in own})
+    varied = own.pop("vary", ())
     options = replace(options, constraints=(*options.constraints, *varied))
     seed = options.seed if options.seed is not None else secrets.randbits(SEED_BITS)
     asked = Asked(**{"strategy": Grid(), **own, "seed": seed, "limit": found.limit})
     seeds = listed_seeds(asked.strategy, asked.repeat, found.seeds)
     asked = replace(asked, seeds=seeds, repeat=len(seeds) or asked.repeat)
-    return Request(loaded, options, varied, asked, folder, overwrite, jobs)
+    return Request(loaded, options, varied, asked, folder, overwrite, places)
 
 
 def _to_strategy(name: str, value: object) -> Strategy:
@@ -135,7 +140,7 @@ def _one_of(choices: Sequence[str]) -> Callable[[str, object], object]:
     return check
 
 
-_OPTIONAL: Final = frozenset({"runs", "budget", "jobs", "film", "isolation"})
+_OPTIONAL: Final = frozenset({"runs", "budget", "jobs", "film", "isolation", "executor"})
 _CONVERSIONS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "strategy": _to_strategy,
     "vary": to_texts,
@@ -150,4 +155,6 @@ _CONVERSIONS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "parquet": to_flag,
     "isolation": _one_of(get_args(Isolation)),
     "jobs": _to_count,
+    "on": to_texts,
+    "executor": to_text,
 }

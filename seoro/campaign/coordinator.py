@@ -9,7 +9,7 @@ from typing import Final
 
 import anyio
 
-from seoro.campaign.engine import Engine, MachineLost, WorkerDied
+from seoro.campaign.engine import Engine, MachineLost, NotBegun, WorkerDied
 from seoro.campaign.identity import row_of
 from seoro.campaign.planner import Planner
 from seoro.campaign.runs import End, Planned, Row
@@ -119,6 +119,9 @@ class Coordinator:
                 del left[row.run]
                 duration += row.wall_duration
                 self._take_row(row)
+        except NotBegun:
+            for each in left.values():
+                self._planner.give_back(each)
         except WorkerDied as died:
             if not self._is_stopping:
                 self._recover(list(left.values()), died)

@@ -16,6 +16,10 @@ class MachineLost(WorkerDied):
     """The machine of a worker is lost, which is hardly the fault of its run."""
 
 
+class NotBegun(WorkerDied):
+    """None of the runs without a row had begun; they cost no attempt."""
+
+
 class Engine(Protocol):
     """Carries out runs."""
 
@@ -34,7 +38,7 @@ class Engine(Protocol):
         """Carry out a chunk of runs, and yield their rows as they end. The rows are stored.
 
         Raises:
-            WorkerDied: The runs without a row were lost; the first of them had begun.
+            WorkerDied: The runs without a row were lost; the first of them had begun, unless it is `NotBegun`.
             BackendError: No worker can be started.
         """
 

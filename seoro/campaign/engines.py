@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Sequence
 
 import anyio
 
-from seoro.campaign.engine import Engine, MachineLost
+from seoro.campaign.engine import Engine, NotBegun
 from seoro.campaign.runs import Planned, Row
 from seoro.errors import cause_of
 
@@ -49,7 +49,7 @@ class Engines:
         free = (at for at, engine in enumerate(self._engines) if self._taken[at] < engine.slots)
         at = next(free, None)
         if at is None:
-            raise MachineLost("the engine has lost its slots")
+            raise NotBegun("no slot is free")
         self._taken[at] += 1
         try:
             async for row in self._engines[at].run(runs):

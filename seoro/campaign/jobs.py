@@ -19,17 +19,24 @@ def simultaneous_runs(options: Options, wanted: int | None) -> int:
     Raises:
         UsageError: The runs cannot be simultaneous.
     """
-    if options.ros is not None:
-        place, hint = "on one robot", "use `--jobs 1`"
-    elif options.simulator is not None and options.simulator.endpoint is not None:
-        place, hint = "on one simulator", "use `--sim`, or `--jobs 1`"
-    elif options.lab is not None and _is_shared(options.lab.file):
-        place, hint = "in this lab", "leave out `--jobs`"
-    else:
+    shared = shared_place(options)
+    if shared is None:
         return wanted or len(os.sched_getaffinity(0))
+    place, hint = shared
     if wanted not in (None, 1):
         raise UsageError(f"runs {place} are sequential", help=hint)
     return 1
+
+
+def shared_place(options: Options) -> tuple[str, str] | None:
+    """Return the place that all runs share, so that they are sequential, and a hint; None without one."""
+    if options.ros is not None:
+        return "on one robot", "use `--jobs 1`"
+    if options.simulator is not None and options.simulator.endpoint is not None:
+        return "on one simulator", "use `--sim`, or `--jobs 1`"
+    if options.lab is not None and _is_shared(options.lab.file):
+        return "in this lab", "leave out `--jobs`"
+    return None
 
 
 def _is_shared(lab: Path) -> bool:

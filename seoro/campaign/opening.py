@@ -241,6 +241,7 @@ async def open_campaign(
     on_row: Callable[[Row], object],
     is_enough: Callable[[], bool] = lambda: False,
     strategy: Strategy | None = None,
+    note: Callable[[str], object] = lambda text: None,
 ) -> AsyncIterator[Coordinator]:
     """Open the engines of a campaign while the block lasts.
 
@@ -251,13 +252,14 @@ async def open_campaign(
         on_row: Called with each row.
         is_enough: Called after each row; returns whether no more runs shall begin.
         strategy: Its strategy, unless `campaign.json` is enough to make it.
+        note: Called with news about the places, for people.
 
     Raises:
         UsageError: The strategy cannot be used with these axes, or a place cannot carry out the campaign.
         BackendError: No process can be started.
     """
     planner = Planner(folder, strategy or make_strategy(folder.campaign.strategy), space)
-    async with open_engines(folder, places) as engine:
+    async with open_engines(folder, places, note) as engine:
         yield Coordinator(folder, planner, engine, on_row, is_enough)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from weakref import WeakSet
@@ -23,6 +24,12 @@ from seoro.campaign.stopping.rules import Stop
 from seoro.campaign.store.folder import CampaignFolder, read_rows
 from seoro.campaign.strategies.contract import Strategy
 from seoro.errors import SeoroError
+
+log = logging.getLogger(__name__)
+
+
+def _log(note: str) -> None:
+    log.warning("%s", note)
 
 
 def _ignore(_row: Row) -> None:
@@ -116,12 +123,15 @@ class Campaign(Results):
     # ------------------------------------------------------------ the block
 
     @asynccontextmanager
-    async def running(self, places: Places, on_row: Callable[[Row], object] = _ignore) -> AsyncIterator[None]:
+    async def running(
+        self, places: Places, on_row: Callable[[Row], object] = _ignore, note: Callable[[str], object] = _log
+    ) -> AsyncIterator[None]:
         """Carry out the campaign while the block lasts, and close its folder.
 
         Args:
             places: Places of its runs.
             on_row: Called with the row of each run that ends or that constraints exclude.
+            note: Called with news about the places, for people.
 
         Raises:
             UsageError, BackendError: The campaign cannot be started, or could not continue.
@@ -129,7 +139,7 @@ class Campaign(Results):
         self._on_row = on_row
         try:
             try:
-                await self._begin(places)
+                await self._begin(places, note)
                 yield
             except BaseException as error:
                 await self._abort()
@@ -142,17 +152,17 @@ class Campaign(Results):
             else:
                 self._opened.close()
 
-    async def _begin(self, places: Places) -> None:
+    async def _begin(self, places: Places, note: Callable[[str], object]) -> None:
         """Begin, and wait until the engine has started."""
-        self._task = asyncio.create_task(self._carry_out(places))
+        self._task = asyncio.create_task(self._carry_out(places, note))
         await asyncio.wait([self._task, self._has_begun], return_when=asyncio.FIRST_COMPLETED)
         if not self._has_begun.done():
             await self.wait()
 
-    async def _carry_out(self, places: Places) -> None:
+    async def _carry_out(self, places: Places, note: Callable[[str], object]) -> None:
         try:
             async with open_campaign(
-                self._opened, self.space, places, self._take, self.state.watch.is_enough, self._strategy
+                self._opened, self.space, places, self._take, self.state.watch.is_enough, self._strategy, note
             ) as coordinator:
                 self._coordinator = coordinator
                 self._has_begun.set_result(None)

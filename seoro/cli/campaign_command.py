@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+import sys
 from pathlib import Path
 
 import anyio
 
-from seoro.campaign.jobs import simultaneous_runs
 from seoro.campaign.opening import new_campaign, space_of
-from seoro.campaign.places import Places
+from seoro.campaign.places import Places, checked_places
 from seoro.campaign.results.results import read
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End
@@ -19,6 +20,7 @@ from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_file import is_campaign_file, use_campaign_file
 from seoro.cli.campaign_interruption import Interruption
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
+from seoro.cli.campaign_places import add_places, place_texts, places_of
 from seoro.cli.campaign_progress import Progress, print_files, print_status, seeds_text
 from seoro.cli.campaign_replay import add_replay, replay
 from seoro.cli.campaign_request import add_kept_files, asked_of
@@ -89,7 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     resume.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     add_option(resume, "--runs N", "new number of runs")
     for each in (run_it, resume):
-        add_option(each, "-j --jobs N", "number of simultaneous runs (default: number of processors)")
+        add_places(each)
     status = add_command(commands, "status", "show how far a campaign is")
     status.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     report = add_command(commands, "report", "write the results again: report.html, runs.csv, test.xml")
@@ -121,7 +123,7 @@ async def _run(options: argparse.Namespace) -> int:
     asked = asked_of(options, scenario)
     options.constrain += options.vary
     settings = settings_of(options)
-    jobs, space = simultaneous_runs(settings, options.jobs), space_of(scenario, settings, options.vary)
+    places, space = checked_places(places_of(options), settings), space_of(scenario, settings, options.vary)
     if options.list:
         list_runs(space, asked)
         return Exit.PASSED
@@ -130,14 +132,14 @@ async def _run(options: argparse.Namespace) -> int:
         return Exit.PASSED
     with write_errors(options.output_dir):
         folder = new_campaign(scenario, settings, space, asked, options.output_dir, overwrite=options.overwrite)
-    return await _carry_out(Campaign(folder, space, is_new=True), Places(jobs))
+    return await _carry_out(Campaign(folder, space, is_new=True), places, options)
 
 
 async def _resume(options: argparse.Namespace) -> int:
-    return await _carry_out(*reopened(options.folder, options.runs, options.jobs))
+    return await _carry_out(*reopened(options.folder, options.runs, places_of(options)), options)
 
 
-async def _carry_out(campaign: Campaign, places: Places) -> int:
+async def _carry_out(campaign: Campaign, places: Places, options: argparse.Namespace) -> int:
     """Carry out a campaign, and write its results, also when it is interrupted."""
     file, varying = campaign.campaign, count(len(campaign.space.axes), "parameter")
     print(f"{file.manifest.shown}: {file.strategy.name} over {varying}, {seeds_text(file)}", flush=True)
@@ -145,7 +147,7 @@ async def _carry_out(campaign: Campaign, places: Places) -> int:
     files: list[Path] = []
     try:
         with progress.showing() as show:
-            async with campaign.running(places, show), background() as group:
+            async with campaign.running(places, show, _print_note), background() as group:
                 group.start_soon(interrupted.listen, group.cancel_scope)
                 await campaign.wait()
     finally:
@@ -156,10 +158,15 @@ async def _carry_out(campaign: Campaign, places: Places) -> int:
         print(f"  stopped: {campaign.stopped.reason}")
     print_files(files)
     if interrupted.has_come:
-        print(f"  continue with `seoro campaign resume {campaign.folder}`")
+        more = shlex.join(place_texts(options))
+        print(f"  continue with `seoro campaign resume {campaign.folder}{more and ' ' + more}`")
         return Exit.INTERRUPTED
     decided = status_of_test(campaign.state.watch, campaign.tally)
     return _status(campaign.tally) if decided is None else decided
+
+
+def _print_note(text: str) -> None:
+    print(f"note: {text}", file=sys.stderr, flush=True)
 
 
 def _status(tally: Tally) -> Exit:

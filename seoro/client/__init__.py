@@ -198,19 +198,25 @@ class Client:
         return await self.submit_bundle(executor, bundle, stop_if_lost, priority)
 
     async def submit_bundle(
-        self, executor: str, bundle: Bundle, stop_if_lost: float | None = None, priority: int = 0
+        self,
+        executor: str,
+        bundle: Bundle,
+        stop_if_lost: float | None = None,
+        priority: int = 0,
+        campaign: wire.CampaignWorker | None = None,
     ) -> RemoteRun:
-        """Submit a bundle; else like `submit`."""
+        """Submit a bundle, or a worker for the runs of a campaign; else like `submit`."""
         check_priority(priority)
         check_limit("stop_if_lost", stop_if_lost)
         reached = await self._named(executor)
-        await check_ability(reached, bundle, priority)
+        await check_ability(reached, bundle, priority, is_campaign=campaign is not None)
         submission = wire.Submission(
             run=secrets.token_hex(16),
             manifest=bundle.manifest,
             by=whoami(),
             stop_if_lost=stop_if_lost,
             priority=priority,
+            campaign=campaign,
         )
         info = await with_files(reached, bundle, lambda _: reached.ask(wire.SUBMIT, submission))
         return RemoteRun(reached, info, stop_if_lost)

@@ -6,7 +6,7 @@ import hashlib
 import json
 import secrets
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping
-from contextlib import AbstractAsyncContextManager, aclosing, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, aclosing
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -18,12 +18,12 @@ from seoro.bridges.executor.asking import Executor, Unavailable
 from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bundle.paths import InvalidPath, check_path
 from seoro.client.sending import check_emitting
-from seoro.concurrency.background import background
+from seoro.client.subscribing import open_subscription
 from seoro.embed.arguments import AnyPath, to_path, to_text
 from seoro.embed.run_end import Ended, InvalidEnd, unpack_end
 from seoro.embed.subscriptions import CAPACITY, EventSubscription, OnFull, check_buffer
 from seoro.errors import BackendError, BackendLost, BackendRefused, UsageError
-from seoro.runtime.events.occurrence import Occurrence, occurrence_in, without_attempts
+from seoro.runtime.events.occurrence import Occurrence
 from seoro.runtime.verdict import Verdict
 
 WAIT: Final = 5.0  # [s] for new records; each request is a heartbeat of the client
@@ -58,7 +58,15 @@ class RemoteRun:
     async def parts(
         self, printed: Callable[[bytes], object] | None = None
     ) -> AsyncIterator[tuple[RunInfo, list[dict[str, Any]]]]:
-        """Yield the state of the run with new records, at each change, to its end.
+        """Yield the state of the run with new records; see `lines`."""
+        async with aclosing(self.lines(printed)) as parts:
+            async for info, lines in parts:
+                yield info, _records(lines)
+
+    async def lines(
+        self, printed: Callable[[bytes], object] | None = None
+    ) -> AsyncGenerator[tuple[RunInfo, bytes], None]:
+        """Yield the state of the run with new lines of its trace, at each change, to its end.
 
         Args:
             printed: Called with new printed output of the run, before the part that came with it.
@@ -85,7 +93,7 @@ class RemoteRun:
                         if printed is not None and printed_at is not None and found.printed:
                             printed(found.printed)
                             printed_at += len(found.printed)
-                    yield self.info, _records(new)
+                    yield self.info, new
 
     async def _news(self, at: int, printed_at: int | None) -> AsyncGenerator[wire.Records | wire.NewRecords, None]:
         """Yield the trace after a byte, with new lines for up to `WAIT`."""
@@ -309,39 +317,3 @@ def _records(lines: bytes) -> list[dict[str, Any]]:
         return [json.loads(line) for line in lines.splitlines()]
     except ValueError as error:
         raise BackendError(f"invalid records from the executor: {error}") from error
-
-
-@asynccontextmanager
-async def open_subscription(
-    records: AsyncIterator[Mapping[str, Any]], event: str, capacity: int, on_full: OnFull
-) -> AsyncIterator[EventSubscription]:
-    """Subscribe to an event of a run while a block lasts.
-
-    Args:
-        records: Records of its trace, from the first on.
-        event: Name of the event, with or without the name of the entry scenario.
-        capacity: Capacity of the buffer.
-        on_full: Behavior when the buffer is full.
-    """
-    subscription = EventSubscription(event, capacity, on_full)
-    async with background() as tasks:
-        tasks.start_soon(_feed, records, event, subscription)
-        try:
-            yield subscription
-        finally:
-            subscription.end()
-
-
-async def _feed(records: AsyncIterator[Mapping[str, Any]], event: str, subscription: EventSubscription) -> None:
-    """Pass the occurrences of an event to a subscription, until the end of the run."""
-    names = {without_attempts(event)}
-    try:
-        async for record in records:
-            if record["kind"] == "run.start":
-                names.add(f"{record['scenario']}.{without_attempts(event)}")
-            elif record["kind"] == "event" and without_attempts(record["name"]) in names:
-                subscription.push(occurrence_in(record))
-    except BackendError as error:
-        subscription.end(error)
-    else:
-        subscription.end()

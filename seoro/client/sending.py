@@ -83,7 +83,9 @@ async def _send_parts(executor: Executor, digest: str, path: Path, size: int) ->
             offset += max(len(data), 1)
 
 
-async def check_ability(executor: Executor, bundle: Bundle, priority: int = 0, *, is_dry: bool = False) -> None:
+async def check_ability(
+    executor: Executor, bundle: Bundle, priority: int = 0, *, is_dry: bool = False, is_campaign: bool = False
+) -> None:
     """Check that an executor supports a bundle.
 
     Args:
@@ -91,6 +93,7 @@ async def check_ability(executor: Executor, bundle: Bundle, priority: int = 0, *
         bundle: The bundle to run.
         priority: Priority of the run.
         is_dry: Whether it is a dry run.
+        is_campaign: Whether it is a worker of a campaign.
 
     Raises:
         UsageError: The executor is too old, or misses a package.
@@ -105,6 +108,7 @@ async def check_ability(executor: Executor, bundle: Bundle, priority: int = 0, *
         (has_world_file, wire.WORLD_FILES, "world files", "name a world of its simulators"),
         (is_ros, wire.ROS_SIMULATORS, "simulators of ROS 2 systems", "choose another simulator"),
         (bundle.names_absolute, wire.ABSOLUTE_PATHS, "absolute paths of files", "use relative paths"),
+        (is_campaign, wire.CAMPAIGNS, "campaigns", "leave out this executor"),
         (is_dry, wire.DRY_RUNS, "dry runs", "run it without `--on`"),
         (bool(options.external), wire.EXTERNAL, "events from applications", "run it without `external`"),
         (options.film is not None, wire.FILMS, "video recording", "run it without a video"),

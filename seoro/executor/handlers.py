@@ -174,6 +174,7 @@ class RequestHandlers:
                     f"the executor accepts no runs: {self._emergency.reason}; release it by "
                     "`seoro lab release --all`",
                 )
+            _check_version(request.campaign)
             others = self._queue.waiting_of(request.by) + self._intake.arriving_of(request.by) - 1
             check_submission(request, limits, others)
             await self._intake.lay_out(request.manifest, self._store.folder(request.run), limits)
@@ -226,6 +227,14 @@ class RequestHandlers:
         if self._queue.get(request.run) is not None:
             await self._queue.stop(request.run, request.reason or "stopped by a client")
         return await self._known(request.run)
+
+    async def give_runs(self, request: wire.PlannedRuns) -> None:
+        live = self._queue.get(request.run)
+        if live is not None:
+            live.give_runs(request)
+            return
+        await self._known(request.run)
+        raise RequestRefused(Result.INCORRECT_STATE, "the worker of the campaign has ended")
 
     async def emit_event(self, request: wire.EmitEvent) -> wire.Emitted:
         live = self._queue.get(request.run)
@@ -280,6 +289,20 @@ class RequestHandlers:
             raise RequestRefused(Result.INCORRECT_STATE, f"the run is {info.state.value}: stop it first")
         await self._store.remove(request.run)
         self._queue.forget(request.run)
+
+
+def _check_version(campaign: wire.CampaignWorker | None) -> None:
+    """Check that a campaign began with this version of seoro.
+
+    Raises:
+        RequestRefused: It began with another one.
+    """
+    if campaign is not None and campaign.version != __version__:
+        raise RequestRefused(
+            Result.FEATURE_UNSUPPORTED,
+            f"the campaign began with seoro {campaign.version}, this executor has {__version__}: the runs of a "
+            "campaign need one version",
+        )
 
 
 def _is_news(live: ActiveRun, request: wire.AskRecords) -> bool:

@@ -28,11 +28,18 @@ class Job(Message):
     environment: tuple[str, ...] = ()  # further variables of the executor that the run sees
     is_dry: bool = False  # whether it is a dry run
     is_sandboxed: bool = False
+    campaign: wire.CampaignWorker | None = None  # makes the runs of a campaign
     hidden: tuple[str, ...] = ()  # folders of the executor that are hidden from a sandboxed run
 
 
 def make_job(
-    manifest: wire.Manifest, folder: RunFolder, limits: Limits, *, can_sandbox: bool, is_dry: bool = False
+    manifest: wire.Manifest,
+    folder: RunFolder,
+    limits: Limits,
+    *,
+    can_sandbox: bool,
+    is_dry: bool = False,
+    campaign: wire.CampaignWorker | None = None,
 ) -> Job:
     """Create the job of a run, and the folders that its process writes to.
 
@@ -42,6 +49,7 @@ def make_job(
         limits: Limits of the client.
         can_sandbox: Whether this executor can sandbox runs.
         is_dry: Whether the process ends before the run begins.
+        campaign: Campaign whose runs the process makes; None for one run.
 
     Raises:
         OSError: A folder cannot be made.
@@ -63,4 +71,5 @@ def make_job(
         is_sandboxed=can_sandbox and limits.sandbox != "off",
         hidden=(str(folder.path.parents[1]),),
         is_dry=is_dry,
+        campaign=campaign,
     )

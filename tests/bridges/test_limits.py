@@ -96,7 +96,7 @@ def test_refusing_a_large_request_takes_little_memory(verb: wire.Verb[Any, Any])
 def test_only_listed_verbs_have_large_limits() -> None:
     larger = {verb.name for verb in VERBS if verb.limits.size > SMALL.size or verb.limits.items > SMALL.items}
     assert larger == {
-        "dry_run", "follow_joint_trajectory", "missing_blobs", "put_blob", "restore_state", "revoke",
+        "dry_run", "follow_joint_trajectory", "give_runs", "missing_blobs", "put_blob", "restore_state", "revoke",
         "spawn_entities", "spawn_entity", "submit",
     }  # fmt: skip
     assert max(verb.limits.items for verb in VERBS) <= 100_000

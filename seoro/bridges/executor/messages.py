@@ -11,7 +11,7 @@ more. So no record is lost or doubled, and slow clients do not delay the run.
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -20,7 +20,7 @@ from seoro.bridges.wire.limits import BYTES, KIBIBYTE, MAX_MESSAGE, MEBIBYTE, Li
 from seoro.bridges.wire.message import Empty, Message, Query, Verb
 from seoro.security.keys.roles import Role
 
-MINOR = 4  # minor version of the protocol; increases with each addition
+MINOR = 5  # minor version of the protocol; increases with each addition
 # Minor versions that introduced a feature.
 PRIORITIES = 1
 WORLD_FILES = 2
@@ -29,6 +29,7 @@ ABSOLUTE_PATHS = 3  # names of files in scenarios
 DRY_RUNS = 3
 ROS_SIMULATORS = 3  # simulators of ROS 2 systems, with their own worlds
 EXTERNAL = 4  # events emitted by applications
+CAMPAIGNS = 5  # workers of campaigns
 
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
 MAX_FILES = 10_000  # files of a bundle
@@ -43,6 +44,7 @@ HIGHEST_PRIORITY = 100  # the lowest priority is its negative
 WINDOW = 256 << 10  # [bytes] of a trace in the parts of one reply: a link buffers them
 MAX_FOLLOWING = 500  # waiting requests for records of all clients
 LONGEST_DRY_RUN = 90.0  # [s]
+MAX_PLANNED = 256  # planned runs in one message, and folders of fetched runs
 LONGEST_WAIT = 10.0  # [s] maximum wait of a request; clients then repeat it
 
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -50,6 +52,7 @@ RunId = Annotated[str, Field(pattern=r"^[0-9a-f]{32}$")]
 Text = Annotated[str, Field(max_length=MAX_TEXT)]
 PathText = Annotated[str, Field(min_length=1, max_length=MAX_PATH)]
 Limit = Annotated[float, Field(gt=0, allow_inf_nan=False)]  # [s]
+RunNumber = Annotated[int, Field(ge=1)]  # in a campaign
 
 
 class ExecutorMessage(Message):
@@ -185,6 +188,19 @@ class PutBlob(ExecutorMessage):
     role: Text = ""
 
 
+class CampaignWorker(ExecutorMessage):
+    """Request to make the runs of a campaign that its coordinator gives, see `PlannedRuns`.
+
+    Its trace has a line for each run: its row. Folders of kept runs are among the output files.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[\w-][\w.-]{0,200}$")]  # name of the worker, in its rows
+    digest: Hash  # identity of the campaign
+    version: Text  # version of seoro; others are refused
+    keep: Literal["failed", "all", "none"] = "failed"  # runs that keep their files
+    parquet: bool = False  # whether trajectories of kept runs are also written as Parquet
+
+
 class Submission(ExecutorMessage):
     """Submission of a run, after its blobs. A repetition is the same run."""
 
@@ -194,6 +210,7 @@ class Submission(ExecutorMessage):
     role: Text = ""  # role of the client, set by executors with keys
     stop_if_lost: Limit | None = None  # [s] without a client until the run is stopped; None to continue
     priority: Annotated[int, Field(ge=-HIGHEST_PRIORITY, le=HIGHEST_PRIORITY)] = 0  # higher ones run first
+    campaign: CampaignWorker | None = None  # to make the runs of a campaign instead of one run
 
 
 class DryRun(Submission):
@@ -227,6 +244,7 @@ class RunInfo(ExecutorMessage):
     place: int | None = None  # position in the queue, from 1 on; None outside the queue
     waits: str = ""  # robots that it waits for, and their holders
     trace: str = ""  # SHA-256 of its whole trace; empty if unknown, or before its end
+    is_wanted: bool = False  # whether other runs wait for the slot of this worker of a campaign
 
 
 class Runs(ExecutorMessage):
@@ -261,6 +279,30 @@ class EmitEvent(OneRun):
     event: PathText
     fields: Annotated[bytes, Field(max_length=MAX_FIELDS)]  # arguments by name, as a JSON object
     wait: Annotated[float, Field(ge=0, le=LONGEST_WAIT)] = 0.0  # [s] maximum wait for its occurrence
+
+
+class PlannedRun(ExecutorMessage):
+    """Run of a campaign, see `seoro.campaign.runs.Planned`."""
+
+    number: RunNumber
+    variant: RunNumber
+    repeat: RunNumber
+    seed: int
+    values: Annotated[dict[Text, Text], Field(default_factory=dict)]
+    strategy: Text
+    parent: Annotated[int, Field(ge=0)] = 0
+    attempt: Annotated[int, Field(ge=1)] = 1
+
+
+class PlannedRuns(OneRun):
+    """Planned runs for a worker of a campaign. Parts are numbered; a repeated one has no effect.
+
+    Folders of the fetched runs are removed at the executor.
+    """
+
+    part: Annotated[int, Field(ge=1)]
+    runs: Annotated[tuple[PlannedRun, ...], Field(max_length=MAX_PLANNED)]
+    fetched: Annotated[tuple[RunNumber, ...], Field(max_length=MAX_PLANNED)] = ()
 
 
 class Emitted(ExecutorMessage):
@@ -363,6 +405,7 @@ class Revoke(ExecutorMessage):
 HASHES = Limits(MEBIBYTE, MAX_FILES + 100)  # all files of a bundle
 PART = Limits(CHUNK + 256 * KIBIBYTE)  # a part of a file, with two texts
 BUNDLE = Limits(16 * MEBIBYTE, 10 * MAX_FILES)  # a manifest of 10,000 files with 7 elements each
+RUNS = Limits(32 * KIBIBYTE, 20_000)  # fits into the pipe of a process
 FILES = Limits(MAX_MESSAGE, 2_000_000)  # 400,000 output files
 
 DESCRIBE = Query("describe", Empty, ExecutorInfo, role=Role.VIEWER)
@@ -373,6 +416,7 @@ DRY_RUN = Verb("dry_run", DryRun, DryRunResult, BUNDLE, BYTES, is_audited=True)
 LIST_RUNS = Query("list_runs", ListRuns, Runs, role=Role.VIEWER)
 GET_RUN = Query("get_run", OneRun, Details, reply_limits=BYTES, role=Role.VIEWER)
 STOP_RUN = Verb("stop_run", StopRun, RunInfo, is_audited=True, is_stop=True)
+GIVE_RUNS = Verb("give_runs", PlannedRuns, Empty, RUNS)
 EMIT_EVENT = Verb("emit_event", EmitEvent, Emitted, is_audited=True)
 RECORDS = Query(
     "records", AskRecords, Records, reply_limits=BYTES, role=Role.VIEWER, waits=True, max_pending=MAX_FOLLOWING

@@ -62,11 +62,22 @@ class Worker:
         """Remove the files of the present run."""
         self._scratch.close()
 
-    def stop(self) -> None:
-        """Stop the present run, with its clean-up."""
+    @property
+    def has_run(self) -> bool:
+        """Whether a run has begun, and is not over."""
+        return self._run is not None
+
+    def stop(self, reason: str = "the campaign is stopped") -> None:
+        """Stop the present run, with its clean-up, and begin no other."""
         self._is_stopped = True
         if self._run is not None:
-            self._run.stop("the campaign is stopped")
+            self._run.stop(reason)
+
+    def halt(self, reason: str) -> None:
+        """Stop the present run without further motion of its robots."""
+        self._is_stopped = True
+        if self._run is not None:
+            self._run.halt(reason)
 
     async def make(self, planned: Planned) -> Row:
         """Make a run; returns its row.

@@ -32,6 +32,8 @@ class Frame(IntEnum):
     ABORT = 11  # end the run as an error: reason, as text
     EMIT = 12  # emit an event: `messages.EmitEvent`
     EMITTED = 13  # outcome of an emission: `messages.Emitted`
+    RUNS = 14  # runs for a worker of a campaign: `messages.PlannedRuns`
+    RUNS_TAKEN = 15  # number of their part, as text
 
 
 def frame(kind: Frame, data: bytes) -> bytes:

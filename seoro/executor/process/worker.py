@@ -11,15 +11,12 @@ import io
 import os
 import socket
 import sys
-import threading
-import time
 import traceback
 from collections.abc import Callable
 from contextlib import AbstractAsyncContextManager, nullcontext
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import IO, Final, TypeAlias
+from typing import Final
 
 import anyio
 
@@ -29,114 +26,32 @@ import seoro.bridges.wire.all_messages  # noqa: F401
 from seoro.bridges import wire
 from seoro.bridges.executor.messages import BUNDLE, BundledFilm, DryRunResult
 from seoro.bridges.session import brokered
-from seoro.bundle.paths import make_locator
-from seoro.bundle.unpack import limit_of, read_options
+from seoro.bundle.unpack import limit_of
 from seoro.concurrency.background import background
-from seoro.embed import announcement, check_file, prepare
+from seoro.embed import announcement, prepare
 from seoro.embed.run_end import End, Ended, ResultFile, not_started, pack_end
 from seoro.embed.runs import Run
-from seoro.embed.scenarios import Scenario
 from seoro.embed.video import DESCRIPTION, NAME, Recording, VideoOptions
 from seoro.errors import BackendError, InvalidScenario, UsageError, cause_of
 from seoro.executor.job import Job
-from seoro.executor.permissions import keeping_to, reader_of, vet_endpoints, vet_plan, vet_sources
+from seoro.executor.process.campaign import make_runs
+from seoro.executor.process.control import AFTER_STOP, Control
 from seoro.executor.process.emitter import Emitter
 from seoro.executor.process.environment import enter
 from seoro.executor.process.frames import NOT_BEGUN, Frame, read_frame
+from seoro.executor.process.loading import load_run
 from seoro.executor.process.trace_pipe import TracePipe
 from seoro.executor.sandbox import broker
 from seoro.executor.sandbox import command as sandbox
 from seoro.executor.sandbox.enter import end_as
 from seoro.executor.sandbox.enter import enter as enter_sandbox
 from seoro.executor.sandbox.kernel_limits import limit_by_kernel, limit_tasks
-from seoro.files.path_mapping import Locate
-from seoro.lang.loader import Reader
 from seoro.runtime.explain.reasons import fault_text
 from seoro.runtime.trace.jsonl import to_json
 from seoro.security.keys import VARIABLE as KEYS
 
 UNHURRIED: Final = 19  # niceness of runs on the virtual clock, which cannot be late
 SWITCH: Final = 0.0002  # [s] thread switch interval of the interpreter
-AFTER_STOP: Final = 20.0  # [s] for the clean-up of robots after a stop
-ORPHANED: Final = 15.0  # [s] for the clean-up of a run whose executor has died
-
-
-EndHandler: TypeAlias = Callable[[Frame, str], object]
-"""Called once with `STOP` or `ABORT`, and with each `HALT`, and the reason."""
-
-
-class Control:
-    """Requests of the executor to the run, also before it begins; a thread reads them from the pipe.
-
-    Args:
-        pipe: The pipe.
-    """
-
-    def __init__(self, pipe: IO[bytes]) -> None:
-        self._pipe = pipe
-        self._lock = threading.Lock()
-        self._ends: list[tuple[Frame, str]] = []  # requests to end the run
-        self._on_end: EndHandler = lambda kind, reason: None
-        self._go: Callable[[], object] = lambda: None
-        self._emissions: list[bytes] = []  # received before the run begins
-        self._emit: Callable[[bytes], object] = self._emissions.append
-
-    def start(self) -> None:
-        """Start the thread that reads the pipe."""
-        threading.Thread(target=self._listen, name="requests of the executor", daemon=True).start()
-
-    def on_end(self, handler: EndHandler) -> None:
-        """Set the handler of requests to end the run, called from another thread; at once for earlier requests."""
-        with self._lock:
-            self._on_end = handler
-            for kind, reason in self._ends:
-                handler(kind, reason)
-
-    def on_emission(self, emit: Callable[[bytes], object]) -> None:
-        """Set the callback for events to emit, called from another thread; at once for earlier ones."""
-        with self._lock:
-            self._emit = emit
-            for emission in self._emissions:
-                emit(emission)
-
-    def detach(self) -> None:
-        """Clear all callbacks, since the event loop of the run is about to end."""
-        with self._lock:
-            self._on_end = lambda kind, reason: None
-            self._emit = lambda emission: None
-
-    async def acquire_slot(self, request: Callable[[], object]) -> None:
-        """Request a run slot, and wait for it."""
-        loop, acquired = asyncio.get_running_loop(), asyncio.Event()
-        self._go = lambda: loop.call_soon_threadsafe(acquired.set)
-        request()
-        await acquired.wait()
-
-    def _listen(self) -> None:
-        while (frame := read_frame(self._pipe)) is not None:
-            if frame[0] is Frame.GO:
-                self._go()
-            elif frame[0] is Frame.EMIT:
-                with self._lock:
-                    self._emit(frame[1])
-            else:
-                self.end(frame[0], frame[1].decode())
-        self.end(Frame.HALT, "the executor has died")
-        time.sleep(ORPHANED)
-        os._exit(1)
-
-    def end(self, kind: Frame, reason: str) -> None:
-        """Request the end of the run.
-
-        Args:
-            kind: `STOP`, `HALT` or `ABORT`.
-            reason: Reason for users.
-        """
-        with self._lock:
-            new = [] if self._ends else [Frame.ABORT if kind is Frame.ABORT else Frame.STOP]
-            for each in (*new, Frame.HALT) if kind is Frame.HALT else new:
-                self._ends.append((each, reason))
-                self._on_end(each, reason)
 
 
 class StoppedBefore(Exception):
@@ -236,27 +151,11 @@ async def _run(job: Job, trace: TracePipe, requests: Control) -> End | None:
 
 async def _run_unless_stopped(job: Job, trace: TracePipe, requests: Control) -> End | None:
     """Execute a run; returns its end, or None for a successful dry run."""
-    files, manifest = Path(job.files), job.manifest
-    os.chdir(files / manifest.directory)
-    read, locate = reader_of(files), make_locator(manifest.root, files)
-    load = partial(_checked, read=read, locate=locate, job=job)
-    scenario = load(files / manifest.entry, manifest.shown)
-    loop = asyncio.get_running_loop()
-    given = read_options(manifest, _as_seen_from(Path(manifest.directory)), locate)
-    options = replace(
-        given,
-        leasing=replace(
-            given.leasing,
-            on_wait=partial(trace.send, Frame.WAITS),
-            on_acquired=partial(requests.acquire_slot, partial(trace.send, Frame.READY)),
-        ),
-        observers=(trace,),
-        output_directory=Path(job.output),
-        vet=partial(vet_plan, allowed=job.allowed),
-        locate=keeping_to((files, Path(job.output)), locate, job.allowed),
-        load=lambda path: load(locate(path), str(path)),
-    )
-    vet_endpoints(options, job.allowed, job.reach)
+    scenario, options = load_run(job, trace, requests)
+    if job.campaign is not None:
+        await make_runs(job, job.campaign, scenario, options, trace, requests)
+        raise StoppedBefore
+    manifest, loop = job.manifest, asyncio.get_running_loop()
     async with prepare(scenario, options) as run:
         if job.is_dry:
             values, texts = to_json(run.parameters).encode(), to_json(run.parameter_texts).encode()
@@ -292,21 +191,10 @@ async def _run_unless_stopped(job: Job, trace: TracePipe, requests: Control) -> 
     )
 
 
-def _checked(path: Path, shown: str, read: Reader, locate: Locate, job: Job) -> Scenario:
-    """Load a scenario of the bundle, and check its permissions."""
-    vet = partial(vet_sources, allowed=job.allowed)
-    return check_file(path, name=shown, read=read, locate=locate, vet=vet).without_errors()
-
-
 def _stop(run: Run, reason: str) -> None:
     """Stop a run, and limit the time of its clean-up."""
     run.stop(reason)
     asyncio.get_running_loop().call_later(AFTER_STOP, run.halt, reason)
-
-
-def _as_seen_from(directory: Path) -> Path:
-    """Return the root of a bundle relative to a folder in it, so that messages show the paths of the user."""
-    return Path(*[".."] * len(directory.parts))
 
 
 def _recording(run: Run, film: BundledFilm | None, output: Path) -> AbstractAsyncContextManager[Recording | None]:

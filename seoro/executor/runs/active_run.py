@@ -11,11 +11,12 @@ from typing import Final
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
-from seoro.bridges.wire import encode
+from seoro.bridges.wire import Result, encode
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.concurrency.condition import Condition
 from seoro.executor.process.frames import Frame
 from seoro.executor.process.pool import Worker
+from seoro.executor.runs.given_runs import GivenRuns
 from seoro.executor.runs.tail import Pace, Watches
 
 STOP_TIMEOUT: Final = 30.0  # [s] for the clean-up of a stopped run
@@ -52,6 +53,7 @@ class ActiveRun:
         self.changes = Condition()
         self.watches = Watches(pace)
         self.emissions = Emissions()
+        self._given = GivenRuns()
         self._worker: Worker | None = None
         self.output = 0
         self.stop_reason: str | None = None
@@ -109,9 +111,25 @@ class ActiveRun:
         Raises:
             RequestRefused: The run has not started, or rejects the event.
         """
+        if self.submission.campaign is not None:
+            raise RequestRefused(wire.NOT_EMITTED, "workers of campaigns receive no events")
         if self._worker is None:
             raise RequestRefused(wire.NOT_EMITTED, "the run has not started: cannot emit events yet")
         return await self.emissions.emit(request, partial(self._worker.send, Frame.EMIT))
+
+    def give_runs(self, request: wire.PlannedRuns) -> None:
+        """Give planned runs to the worker of a campaign.
+
+        Raises:
+            RequestRefused: The run is not such a worker, has no process, or has not read earlier runs.
+        """
+        if self.submission.campaign is None or self._worker is None:
+            raise RequestRefused(Result.INCORRECT_STATE, "the run is not an active worker of a campaign")
+        self._given.give(request, partial(self._worker.send, Frame.RUNS))
+
+    def note_runs_read(self, part: int) -> None:
+        """Record that the process has read a part of the given runs."""
+        self._given.note_read(part)
 
     def abort(self, reason: str) -> None:
         """End the run as an error, unless it was stopped; a process that does not end is killed."""

@@ -25,8 +25,17 @@ KEPT_OF_CULPRIT: Final = MEBIBYTE  # [bytes] of the trace of a run that has fill
 
 
 async def hold_to_time(live: ActiveRun, limits: Limits) -> None:
-    """End a run as an error after its time limit; waiting time does not count."""
-    limit, reason = _time_limit(limits.time, limit_of(live.submission.manifest.options))
+    """End a run as an error after its time limit; waiting time does not count.
+
+    A worker of a campaign limits the time of each run itself. It is asked to give way before its own limit.
+    """
+    if live.submission.campaign is not None:
+        assert limits.time is not None, "set by the default limits"
+        limit, reason = limits.time / 2.0, _too_long(limits.time)
+        await asyncio.sleep(limit)
+        live.set(is_wanted=True)
+    else:
+        limit, reason = _time_limit(limits.time, limit_of(live.submission.manifest.options))
     with suppress(TimeoutError):
         while True:
             await live.changes.wait_for(lambda: live.info.state is State.QUEUED, limit)
@@ -37,8 +46,12 @@ async def hold_to_time(live: ActiveRun, limits: Limits) -> None:
 def _time_limit(of_policy: float | None, asked: WallLimit) -> tuple[float, str]:
     """Return the time after which the executor ends a run [s], and the reason."""
     if of_policy is not None and of_policy < asked.seconds + SLACK:
-        return of_policy, limit_reached(f"the run took longer than {of_policy:g} s", "time")
+        return of_policy, _too_long(of_policy)
     return asked.seconds + SLACK, asked.reason
+
+
+def _too_long(limit: float) -> str:
+    return limit_reached(f"the run took longer than {limit:g} s", "time")
 
 
 async def hold_to_usage(live: ActiveRun, worker: Worker, limits: Limits, folder: RunFolder) -> None:

@@ -31,6 +31,7 @@ from seoro.executor.runs.active_run import STOP_TIMEOUT, ActiveRun
 from seoro.executor.runs.enforcement import KEPT_OF_CULPRIT, Reserve, append_trace, hold_to_time, hold_to_usage
 from seoro.executor.runs.fair_queue import FairQueue
 from seoro.executor.runs.run_slots import RunSlots
+from seoro.executor.runs.shifts import PERIOD, ask_to_give_way
 from seoro.executor.runs.tail import Pace
 from seoro.executor.runs.usage import TraceFile, cut
 from seoro.executor.storage.run_folder import RunFolder
@@ -188,6 +189,14 @@ class Queue:
             with anyio.move_on_after(max(min(left), 0.0) if left else None):
                 await self._changes.wait()
 
+    async def shift_workers(self) -> None:
+        """Ask workers of campaigns to give way to waiting runs; runs as long as the executor."""
+        while True:
+            await self._changes.wait_for(lambda: len(self._waiting) > 0)
+            waiting = [self._live[run] for run in self._waiting]
+            ask_to_give_way(self._active, [live for live in waiting if self._slots.may_have_any(live)])
+            await asyncio.sleep(PERIOD)
+
     async def retry_ends(self) -> None:
         """Store ends of runs that could not be stored at once; runs as long as the executor."""
         while True:
@@ -245,7 +254,10 @@ class Queue:
     async def _execute_in(self, live: ActiveRun, worker: Worker) -> None:
         """Execute a run in a process; its end is reported before the process ends."""
         folder, limits = self._store.folder(live.info.run), self._limits(live)
-        job = make_job(live.submission.manifest, folder, limits, can_sandbox=self._can_sandbox)
+        submission = live.submission
+        job = make_job(
+            submission.manifest, folder, limits, can_sandbox=self._can_sandbox, campaign=submission.campaign
+        )
         worker.send(Frame.JOB, encode(job))
         live.attach(worker)
         async with background() as duties:
@@ -295,11 +307,13 @@ class Queue:
                         duties.start_soon(self._resume, live, worker)
                     case Frame.EMITTED:
                         live.emissions.conclude(decode(wire.Emitted, data))
+                    case Frame.RUNS_TAKEN:
+                        live.note_runs_read(int(data))
                     case Frame.END:
                         end = data
                     case Frame.TRACE | Frame.DRY_RUN_RESULT:  # not stored
                         pass
-                    case Frame.JOB | Frame.STOP | Frame.GO | Frame.HALT | Frame.ABORT | Frame.EMIT:
+                    case Frame.JOB | Frame.STOP | Frame.GO | Frame.HALT | Frame.ABORT | Frame.EMIT | Frame.RUNS:
                         pass  # sent by the executor
         if failed is not None:
             raise failed

@@ -78,13 +78,17 @@ class RunSlots:
         self._lent.remove(live)
         self._having.append(live)
 
+    def may_have_any(self, live: ActiveRun) -> bool:
+        """Whether the limits of its client permit another slot for a run, if one were free."""
+        most = self._policy.of(live.submission.role).running
+        theirs = sum(other.info.by == live.info.by for other in self._having)
+        return most is None or theirs < most
+
     def _is_next(self, live: ActiveRun) -> bool:
         return live is next(filter(self._may_have, self._returning), None)
 
     def _may_have(self, live: ActiveRun) -> bool:
-        most = self._policy.of(live.submission.role).running
-        theirs = sum(other.info.by == live.info.by for other in self._having)
-        return len(self._having) < self._jobs and not live.is_stopped and (most is None or theirs < most)
+        return len(self._having) < self._jobs and not live.is_stopped and self.may_have_any(live)
 
     def release(self, live: ActiveRun) -> None:
         """Release all of a finished run."""

@@ -12,9 +12,9 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import encode
 from seoro.embed.run_end import Ended, unpack_end
 from seoro.executor.job import Job
+from seoro.executor.process.control import Control
 from seoro.executor.process.frames import Frame
 from seoro.executor.process.pool import Pool, Worker, open_pool
-from seoro.executor.process.worker import Control
 from tests.executors import HELLO
 
 
