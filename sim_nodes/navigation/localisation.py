@@ -61,7 +61,7 @@ class Estimate:
 
 def bins(particles: Array) -> Indices:
     """Return the bin number of each particle, shape (n,)."""
-    x, y, yaw = (np.floor(particles[:, i] / BIN[i]).astype(np.int64) for i in range(3))
+    x, y, yaw = np.floor(particles / BIN).astype(np.int64).T
     turns = round(2.0 * math.pi / BIN[2])
     numbers: Indices = ((x + SIDE // 2) * SIDE + y + SIDE // 2) * turns + yaw % turns
     return numbers

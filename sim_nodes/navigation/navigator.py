@@ -40,6 +40,7 @@ OFF_PATH = 0.4  # [m] from the path from which a robot needs another one
 REVIEW_TIME = 5.0  # [s] after which a path is planned anew if any obstacle has changed
 OBSTACLE_MARGIN = 0.3  # [m] beyond twice the clearance up to which planners know the distance of obstacles
 SLACK = 0.03  # [m] that an obstacle may be closer to the path than planned
+STRETCH = 1.0  # [m] of the path ahead that obstacles block; farther ones may be gone until the robot is there
 MIN_MADE = 0.5  # [m] of progress from which the average speed is meaningful
 SETTLE_TIME = 5.0  # [s] after which a robot that does not come to rest counts as arrived
 ALIGN_TIME = 10.0  # [s] after which a robot that does not reach its heading counts as arrived
@@ -290,15 +291,16 @@ class Navigator(Stateful):
         return has_changed and (review or self._is_obstructed(self._path, index))
 
     def _is_obstructed(self, path: Path, index: int) -> bool:
-        """Whether an obstacle is too close to the path from a point on."""
-        obstacles, ahead = self._obstacles.points, path.points[index::2]
+        """Whether an obstacle is too close to the stretch of the path from a point on."""
+        obstacles = self._obstacles.points
         if len(obstacles) == 0:
             return False
+        ahead = slice(index, int(np.searchsorted(path.gone, path.gone[index] + STRETCH)) + 1, 2)
         if path.headings is not None:
-            return (
-                float(self._cover.gaps_to(obstacles[:, 0], obstacles[:, 1], path.poses[index::2]).min()) < -SLACK
-            )
-        dx, dy = obstacles[:, :1] - ahead[:, 0], obstacles[:, 1:] - ahead[:, 1]
+            gaps = self._cover.gaps_to(obstacles[:, 0], obstacles[:, 1], path.poses[ahead])
+            return float(gaps.min()) < -SLACK
+        points = path.points[ahead]
+        dx, dy = obstacles[:, :1] - points[:, 0], obstacles[:, 1:] - points[:, 1]
         closest = math.sqrt(float((dx * dx + dy * dy).min()))  # `hypot` of all pairs takes five times as long
         return closest < self._declaration.clearance - SLACK
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ def _straightened(grid: Grid, distance: Array, points: Array, comfort: float) ->
     """Return the shortest polyline of safe straight pieces between points of a path, and of the path itself."""
     needed = np.minimum(comfort, grid.interpolate(distance, *points.T) - CLOSER)
     nodes = np.linspace(0, len(points) - 1, min(NODES, len(points))).astype(np.int64)
-    starts, ends = np.triu_indices(len(nodes), 1)
+    starts, ends = _pairs(len(nodes))
     safe = np.zeros((len(nodes), len(nodes)), dtype=np.bool_)
     safe[starts, ends] = _are_safe(grid, distance, points, needed, nodes[starts], nodes[ends])
     places = points[nodes]
@@ -53,6 +54,13 @@ def _straightened(grid: Grid, distance: Array, points: Array, comfort: float) ->
     lengths = np.where(safe, np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2), np.inf)
     before = _shortest(lengths, lengths_along(points)[nodes])
     return _joined(points, nodes, before, safe)
+
+
+@lru_cache(maxsize=NODES)
+def _pairs(count: int) -> tuple[Indices, Indices]:
+    """Return the numbers of all pairs of nodes, the earlier and the later ones."""
+    starts, ends = np.triu_indices(count, 1)
+    return starts, ends
 
 
 def _shortest(lengths: Array, along: Array) -> list[int]:

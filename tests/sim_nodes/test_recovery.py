@@ -11,7 +11,7 @@ import pytest
 from seoro.bridges.wire import Outcome
 from sim_nodes.check.bench import BASE
 from sim_nodes.geometry import Pose2
-from sim_nodes.navigation.contracts import ControlInput
+from sim_nodes.navigation.contracts import ControlInput, Path, PlanRequest
 from sim_nodes.navigation.decisions import decide
 from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import build_map
@@ -123,6 +123,34 @@ def test_a_robot_that_goes_to_and_fro_between_blocked_passages_aborts(navigator:
     assert ended is not None
     assert (ended.outcome, navigator.recoveries) == (Outcome.ABORTED, 2 + 6)
     assert ended.message == "the robot found no passage on its way to (1.00, 0.00), also after 8 recoveries"
+
+
+@pytest.mark.parametrize(("ahead", "plans"), [(2.0, 1), (0.9, 2)])
+def test_obstacles_are_avoided_when_they_are_near(
+    ahead: float, plans: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = build_map((-3.0, -3.0, 3.0, 3.0), ())
+    obstacles = ObstacleLayer(known)
+    navigator = Navigator(known, obstacles, BASE, Noise(0, "test"))
+    navigator.start(Goal("goal", (Pose2(2.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
+    made = list[PlanRequest]()
+    plan = navigator._planner.plan
+
+    def counted(request: PlanRequest) -> Path | None:
+        made.append(request)
+        return plan(request)
+
+    monkeypatch.setattr(navigator._planner, "plan", counted)
+    moved(navigator, 0.5)
+    place = known.grid.cell(HERE.pose.x + ahead, 0.0)
+    obstacles._cells, obstacles._counts = (
+        np.array([np.ravel_multi_index(place, known.distance.shape)]),
+        np.array([5]),
+    )
+    obstacles._places = known.grid.points(np.array([place]))
+    obstacles.changes += 1
+    moved(navigator, 2.0)
+    assert len(made) == plans
 
 
 def test_recoveries_at_new_places_are_progress() -> None:
