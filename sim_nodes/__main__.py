@@ -8,6 +8,8 @@ import os
 if __name__ == "__main__":
     gc.disable()  # until `main` starts: imports leave no garbage
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # they are searched in all installed packages
+    # Threads of numpy and scipy for large matrices, which nodes do not have, wait busily after their start.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
 import math

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -28,3 +29,17 @@ def test_a_node_starts_without_libraries_for_pictures_meshes_and_statistics(engi
     )
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=False, timeout=60)
     assert done.stderr.strip() == ""
+
+
+def test_a_node_has_no_threads_for_large_matrices() -> None:
+    check = (
+        "import os, runpy, sys; sys.argv = ['sim_nodes', '--help']\n"
+        "try: runpy.run_module('sim_nodes', run_name='__main__')\n"
+        "except SystemExit: pass\n"
+        "import scipy.linalg\n"
+        "sys.exit(len(os.listdir('/proc/self/task')) - 1)"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    command = [sys.executable, "-c", check]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60, env=environment)
+    assert (done.returncode, done.stderr) == (0, "")
