@@ -4,6 +4,7 @@ Part `intervals`: how often intervals exclude the true rate, and how many runs a
 Part `search`: runs until the first failure of each strategy, for a planted failure of 0.26 % of the space.
 Part `covering`: rows and processor time of covering arrays.
 Part `shrink`: runs to shrink planted failures of five parameters.
+Part `compare`: how often comparisons of two campaigns find a planted regression, and how often they err.
 Part `report`: processor time, memory and size of a report.
 Part `rate`: processor time of campaigns of short runs, of all their processes, and time to the first row.
 Part `overhead`: processor time of a campaign in simulators, beyond that of its simulators.
@@ -18,10 +19,16 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
+from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
+from random import Random
+from typing import Final
 
 from seoro.campaign.after.shrinking import Shrinking
+from seoro.campaign.comparison.comparing import Outcome
+from seoro.campaign.comparison.comparing import compare as compare_campaigns
 from seoro.campaign.report.page import write_report
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.statistics.sequential_test import SequentialTest
@@ -32,6 +39,7 @@ from seoro.campaign.strategies.latin import Latin
 from seoro.campaign.strategies.random import Uniform
 from seoro.campaign.strategies.search import Search
 from seoro.campaign.strategies.sobol import Sobol
+from tests.campaign.compared import draw_ends, rows, write
 from tests.campaign.generated import generate
 from tests.campaign.planted import COLUMN, Planted, runs_until_failure
 from tests.campaign.shrunk import FAILURE, carry_out, planted
@@ -112,6 +120,28 @@ def shrink(repetitions: int) -> None:
         print(f"{name:16}: median {statistics.median(runs):.0f} runs, at most {max(runs)}")
 
 
+def compare(repetitions: int) -> None:
+    """Print how often comparisons call a campaign worse."""
+    cases = {
+        "3 % of runs newly fail": {"broken": 0.03},
+        "the same, and half of the runs change by chance": {"broken": 0.03, "unstable": 0.5},
+        "half of the runs change by chance": {"unstable": 0.5},
+    }
+    for title, case in cases.items():
+        for is_paired in (True, False):
+            found = Counter(_outcome(Random(seed), case, is_paired) for seed in range(repetitions))
+            shares = ", ".join(f"{each.value} {found[each] / repetitions:.0%}" for each in Outcome)
+            print(f"300 {'pairs' if is_paired else 'independent runs each'}, {title}: {shares}", flush=True)
+
+
+def _outcome(random: Random, case: dict[str, float], is_paired: bool) -> Outcome:
+    first, second = draw_ends(random, 300, **case)
+    with tempfile.TemporaryDirectory() as folder:
+        before = write(Path(folder) / "before", rows(first))
+        after = write(Path(folder) / "after", rows(second, 1 if is_paired else 1000))
+        return compare_campaigns(before, after).outcome
+
+
 def report(runs: int) -> None:
     """Print what the report of a campaign with generated rows takes; the memory is that of the process.
 
@@ -181,20 +211,31 @@ def overhead(runs: int) -> None:
     print(f"beyond the simulator: {taken / simulated - 1:.1%}")
 
 
+_OF_RUNS: Final[Mapping[str, Callable[[int], None]]] = {
+    "intervals": intervals,
+    "report": report,
+    "rate": rate,
+    "overhead": overhead,
+}
+_OF_REPETITIONS: Final[Mapping[str, Callable[[int], None]]] = {
+    "search": search,
+    "covering": covering,
+    "compare": compare,
+    "shrink": shrink,
+}
+
+
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "part", choices=["intervals", "search", "covering", "shrink", "report", "rate", "overhead"]
-    )
-    parser.add_argument("--runs", type=int, default=2000, help="of all but search, covering and shrink")
-    parser.add_argument("--repetitions", type=int, default=100, help="of search, covering and shrink")
+    parser.add_argument("part", choices=[*_OF_RUNS, *_OF_REPETITIONS])
+    parser.add_argument("--runs", type=int, default=2000, help=f"of {', '.join(_OF_RUNS)}")
+    parser.add_argument("--repetitions", type=int, default=100, help=f"of {', '.join(_OF_REPETITIONS)}")
     options = parser.parse_args()
-    by_runs = {"intervals": intervals, "report": report, "rate": rate, "overhead": overhead}
-    if options.part in by_runs:
-        by_runs[options.part](options.runs)
+    if options.part in _OF_RUNS:
+        _OF_RUNS[options.part](options.runs)
     else:
-        {"search": search, "covering": covering, "shrink": shrink}[options.part](options.repetitions)
+        _OF_REPETITIONS[options.part](options.repetitions)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from seoro.campaign.comparison.comparing import Comparison, Outcome, compare
     from seoro.campaign.results.results import Results, read
     from seoro.campaign.runs import End, Row
     from seoro.campaign.session import Campaign
@@ -30,9 +31,11 @@ if TYPE_CHECKING:
 __all__ = [
     "Boundary",
     "Campaign",
+    "Comparison",
     "End",
     "Grid",
     "Latin",
+    "Outcome",
     "Pairwise",
     "Rate",
     "Results",
@@ -41,6 +44,7 @@ __all__ = [
     "Sobol",
     "Uniform",
     "Validity",
+    "compare",
     "read",
     "resume",
     "run",
@@ -48,6 +52,7 @@ __all__ = [
 ]
 
 _MODULES = {
+    "seoro.campaign.comparison.comparing": ("Comparison", "Outcome", "compare"),
     "seoro.campaign.results.results": ("Results", "read"),
     "seoro.campaign.runs": ("End", "Row"),
     "seoro.campaign.session": ("Campaign",),

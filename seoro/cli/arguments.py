@@ -97,6 +97,13 @@ integer = number("a whole number", int, lambda _: True)  # may be negative
 _rate = number("a positive number, or max", float, lambda value: 0.0 < value < math.inf)
 
 
+share = number(
+    "a share between 0 and 1, such as 2%",
+    lambda text: float(text[:-1]) / 100.0 if text.endswith("%") else float(text),
+    lambda value: 0.0 < value < 1.0,
+)
+
+
 def rate(text: str) -> float:
     """Convert a rate in simulated seconds per second; `max` becomes infinity."""
     return math.inf if text == "max" else _rate(text)

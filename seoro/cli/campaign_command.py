@@ -17,6 +17,7 @@ from seoro.campaign.runs import End
 from seoro.campaign.session import Campaign
 from seoro.campaign.starting import reopened
 from seoro.cli.arguments import add_command, add_option
+from seoro.cli.campaign_compare import add_compare, run_compare
 from seoro.cli.campaign_file import is_campaign_file, use_campaign_file
 from seoro.cli.campaign_interruption import Interruption
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
@@ -40,6 +41,7 @@ EXAMPLES = """examples:
   seoro campaign status out/
   seoro campaign resume out/ --runs 5000
   seoro campaign report out/
+  seoro campaign compare out-main/ out-branch/
   seoro campaign replay out/ 123
   seoro campaign shrink out/ 123
 
@@ -98,6 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     report.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     add_replay(commands)
     add_shrink(commands)
+    add_compare(commands)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -109,6 +112,8 @@ def run(options: argparse.Namespace) -> int:
         return replay(options)
     if options.what == "shrink":
         return shrink(options)
+    if options.what == "compare":
+        return run_compare(options)
     if options.what == "report":
         with write_errors(options.folder):
             print_files(read(options.folder).write())

@@ -124,6 +124,34 @@ def histogram(grouping: Grouping) -> str:
     return _svg(bottom + 6, parts, "Number of runs by value")
 
 
+def change_chart(changes: Sequence[tuple[str, float, Bounds]]) -> str:
+    """Return a chart of relative changes: a mark for each, on a bar for its interval. The line is at zero.
+
+    Args:
+        changes: Label, change and interval of each, as shares of the value before.
+    """
+    left, right = _LABEL + 6.0, WIDTH - _COUNT - 6.0
+    most = max((max(abs(bounds.low), abs(bounds.high)) for _, _, bounds in changes), default=0.0) or 1.0
+    height = _LINE * len(changes) + 24
+
+    def x(share: float) -> float:
+        return (left + right) / 2 + (right - left) / 2 * share / most
+
+    parts = [f'<path class="grid" d="M{x(0.0):.1f} 0V{height - 20}"/>']
+    for share in (-most, 0.0, most):
+        parts.append(_text(x(share), height - 6, f"{100 * share:+.3g} %", "middle", "dim"))
+    for number, (label, share, bounds) in enumerate(changes):
+        y, low, high = number * _LINE, x(bounds.low), x(bounds.high)
+        title = f"{label}: {100 * share:+.3g} % ({100 * bounds.low:+.3g} to {100 * bounds.high:+.3g} %)"
+        parts.append(
+            f"<g><title>{escape(title)}</title>{_text(_LABEL, y + 15, shorten(label), 'end')}"
+            f'<rect class="range" {_box(low, y + 5, max(high - low, 1.0), 12)} rx="3"/>'
+            f'<rect class="mark" {_box(x(share) - 2, y + 2, 4, 18)} rx="2"/>'
+            f"{_text(WIDTH - 2, y + 15, f'{100 * share:+.3g} %', 'end', 'dim')}</g>"
+        )
+    return _svg(height, parts, "Relative change of measurements")
+
+
 def coverage_bar(reached: int, total: int) -> str:
     """Return a bar for the share of buckets that have enough samples."""
     width = (WIDTH - 2.0) * min(reached / total, 1.0)

@@ -34,8 +34,13 @@ def write_report(folder: Path) -> Path:
     summary = summarize(read_rows(folder), campaign.seed)
     text = "".join(page(summary, campaign, folder))
     path = folder / REPORT
-    path.write_text(_CONTROLS.sub("\ufffd", text), encoding="utf-8")
+    path.write_text(without_controls(text), encoding="utf-8")
     return path
+
+
+def without_controls(text: str) -> str:
+    """Replace characters that are invalid in HTML or UTF-8."""
+    return _CONTROLS.sub("\ufffd", text)
 
 
 def page(summary: Summary, campaign: CampaignFile, folder: Path) -> Iterator[str]:

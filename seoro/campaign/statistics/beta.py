@@ -16,6 +16,11 @@ def log_beta(a: float, b: float) -> float:
     return math.lgamma(a) + math.lgamma(b) - math.lgamma(a + b)
 
 
+def log_choose(total: int, chosen: int) -> float:
+    """Return the logarithm of a binomial coefficient."""
+    return math.lgamma(total + 1) - math.lgamma(chosen + 1) - math.lgamma(total - chosen + 1)
+
+
 def beta_cdf(x: float, a: float, b: float) -> float:
     """Return the regularised incomplete beta function, the distribution function of Beta(a, b).
 

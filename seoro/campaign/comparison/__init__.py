@@ -1,0 +1,1 @@
+"""Comparison of two campaigns, such as of two versions of a robot."""
