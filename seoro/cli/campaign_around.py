@@ -8,14 +8,14 @@ from pathlib import Path
 
 from seoro.campaign.after.around import ON_ROBOTS, Start
 from seoro.campaign.after.same_failure import SameFailure
-from seoro.campaign.jobs import simultaneous_runs
-from seoro.campaign.places import Places
+from seoro.campaign.places import Places, checked_places
 from seoro.campaign.runs import End, Row
 from seoro.campaign.session import Campaign
 from seoro.campaign.store.folder import CampaignFolder
-from seoro.campaign.strategies.contract import Strategy
+from seoro.campaign.strategies.contract import Strategy, Told
 from seoro.cli.arguments import Commands, add_command, add_option
 from seoro.cli.campaign_interruption import Interruption
+from seoro.cli.campaign_places import add_places
 from seoro.concurrency.background import background
 
 
@@ -38,7 +38,7 @@ def add_around(commands: Commands, name: str, what: str, runs: int) -> argparse.
         "--repeat N",
         f"runs of the same values, most of which must fail (default: 1, and {ON_ROBOTS} on real robots)",
     )
-    add_option(parser, "-j --jobs N", "number of simultaneous runs (default: number of processors)")
+    add_places(parser)
     return parser
 
 
@@ -54,7 +54,7 @@ def repeats_of(options: argparse.Namespace, start: Start) -> int:
 
 
 async def carry_out(
-    folder: CampaignFolder, start: Start, strategy: Strategy, jobs: int | None, show: Callable[[Row], object]
+    folder: CampaignFolder, start: Start, strategy: Strategy, places: Places, show: Callable[[Row], object]
 ) -> bool:
     """Carry out a campaign around a run; returns whether a signal has interrupted it.
 
@@ -62,7 +62,7 @@ async def carry_out(
         folder: Its folder, which is closed.
         start: The run.
         strategy: Chooses the values.
-        jobs: Number of simultaneous runs; None for one per processor.
+        places: Places of its runs.
         show: Called with the row of each run that ends.
 
     Raises:
@@ -70,21 +70,42 @@ async def carry_out(
     """
     campaign = Campaign(folder, start.space, strategy=strategy)
     interrupted = Interruption(campaign)
-    async with campaign.running(Places(simultaneous_runs(start.options, jobs)), show), background() as group:
+    async with campaign.running(checked_places(places, start.options), show), background() as group:
         group.start_soon(interrupted.listen, group.cancel_scope)
         await campaign.wait()
     campaign.write()
     return interrupted.has_come
 
 
-def ending_of(row: Row, failure: SameFailure) -> str:
-    """Describe how a run ended, beside the failure that was looked for."""
-    match row.status:
-        case End.FAILED:
-            return "fails" if failure.matches(row) else "other failure"
-        case End.PASSED:
-            return "passes"
-        case End.IMPOSSIBLE:
-            return "excluded"
-        case End.ERROR | End.CANCELLED:
-            return str(row.status.value)
+def announce(start: Start) -> None:
+    """Print which run it is about."""
+    row = start.found.row
+    print(f"{start.found.campaign.manifest.shown}: run {row.run}, seed {row.seed}: {row.reason}", flush=True)
+
+
+def printer(failure: SameFailure) -> Callable[[Row], object]:
+    """Return a function that prints how runs ended, beside the failure that was looked for."""
+
+    def show(row: Row) -> None:
+        changed = row.strategy.partition(": ")[2] or "the run itself"
+        print(f"{row.run:>5}  {failure.ending_of(row):13}  {changed}", flush=True)
+
+    return show
+
+
+def flaky_text(repeated: Told | None, failure: SameFailure, row: Row) -> str:
+    """Describe a failure that did not repeat."""
+    assert repeated is not None, "it was repeated"
+    rows = repeated.rows
+    same = sum(map(failure.matches, rows))
+    if len(rows) > 1:
+        return (
+            f"\nrun {row.run} is flaky: with its values and its seed, {same} of {len(rows)} runs fail the same way"
+        )
+    if not rows or rows[0].status is not End.FAILED:
+        end = rows[0].status.value if rows else "excluded by constraints"
+        return f"\nrun {row.run} is flaky: it failed, and with the same values and seed it is {end}"
+    return (
+        f"\nrun {row.run} fails in another way with the same values and seed: {rows[0].reason}\n"
+        "  `--any-failure` counts all failures"
+    )

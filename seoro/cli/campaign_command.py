@@ -17,15 +17,14 @@ from seoro.campaign.runs import End
 from seoro.campaign.session import Campaign
 from seoro.campaign.starting import reopened
 from seoro.cli.arguments import add_command, add_option
+from seoro.cli.campaign_after import AFTER, add_after
 from seoro.cli.campaign_compare import add_compare, run_compare
 from seoro.cli.campaign_file import is_campaign_file, use_campaign_file
 from seoro.cli.campaign_interruption import Interruption
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
 from seoro.cli.campaign_places import add_places, place_texts, places_of
 from seoro.cli.campaign_progress import Progress, print_files, print_status, seeds_text
-from seoro.cli.campaign_replay import add_replay, replay
 from seoro.cli.campaign_request import add_kept_files, asked_of
-from seoro.cli.campaign_shrink import add_shrink, shrink
 from seoro.cli.campaign_stopping import add_stopping, status_of_test
 from seoro.cli.campaign_strategies import add_strategies
 from seoro.cli.exit_status import Exit
@@ -44,6 +43,7 @@ EXAMPLES = """examples:
   seoro campaign compare out-main/ out-branch/
   seoro campaign replay out/ 123
   seoro campaign shrink out/ 123
+  seoro campaign neighbours out/ 123
 
 A campaign varies each parameter with a constraint `in`, such as `keep(noise in [0.0, 0.1, 0.2])` or
 `keep(noise in [0.0..0.2])`, that is not set with `--set` or `--params`.
@@ -98,9 +98,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     status.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     report = add_command(commands, "report", "write the results again: report.html, runs.csv, test.xml")
     report.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
-    add_replay(commands)
-    add_shrink(commands)
     add_compare(commands)
+    add_after(commands)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -108,12 +107,10 @@ def run(options: argparse.Namespace) -> int:
     if options.what == "status":
         print_status(options.folder)
         return Exit.PASSED
-    if options.what == "replay":
-        return replay(options)
-    if options.what == "shrink":
-        return shrink(options)
     if options.what == "compare":
         return run_compare(options)
+    if options.what in AFTER:
+        return AFTER[options.what](options)
     if options.what == "report":
         with write_errors(options.folder):
             print_files(read(options.folder).write())

@@ -18,11 +18,11 @@ from seoro.campaign.after.finding import find_failed
 from seoro.campaign.after.same_failure import SameFailure
 from seoro.campaign.after.shrinking import Outcome, Shrinking
 from seoro.campaign.emit import Emitted, Emitter, check_replaceable
-from seoro.campaign.runs import End, Row
-from seoro.campaign.store.folder import SHRINK, StrategyText
+from seoro.campaign.store.folder import NEIGHBOURS, SHRINK, StrategyText
 from seoro.campaign.work.measurements import reason_key
 from seoro.cli.arguments import Commands, add_option
-from seoro.cli.campaign_around import add_around, carry_out, ending_of, repeats_of
+from seoro.cli.campaign_around import add_around, announce, carry_out, flaky_text, printer, repeats_of
+from seoro.cli.campaign_places import places_of
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import write_errors
 from seoro.cli.tables import table
@@ -55,14 +55,9 @@ async def _shrink(options: argparse.Namespace) -> int:
     repeat = repeats_of(options, start)
     with write_errors(start.found.folder):
         folder = open_around(start, SHRINK, text, options.runs, repeat)
-    print(f"{start.found.campaign.manifest.shown}: run {row.run}, seed {row.seed}: {row.reason}", flush=True)
-
-    def show(each: Row) -> None:
-        changed = each.strategy.partition(": ")[2] or "the run itself"
-        print(f"{each.run:>5}  {ending_of(each, failure):13}  {changed}", flush=True)
-
+    announce(start)
     is_same = False
-    is_interrupted = await carry_out(folder, start, strategy, options.jobs, show)
+    is_interrupted = await carry_out(folder, start, strategy, places_of(options), printer(failure))
     if strategy.outcome in (Outcome.FAILING, Outcome.MINIMAL):
         _print_values(strategy, start)
         if strategy.outcome is Outcome.FAILING:
@@ -70,11 +65,13 @@ async def _shrink(options: argparse.Namespace) -> int:
         with write_errors(file):
             emitted = _write(file, strategy, start)
         is_same = not is_interrupted and _verify(file, emitted, start, failure)
+        around = ["seoro", "campaign", NEIGHBOURS, str(folder.folder), str(strategy.best)]
+        print(f"  {shlex.join(around)} shows how far away it passes")
     if is_interrupted:
         print(f"  continue with the same command; its runs are in {folder.folder}")
         return Exit.INTERRUPTED
     if strategy.outcome is Outcome.GONE:
-        print(_flaky(strategy, failure, row))
+        print(flaky_text(strategy.repeated, failure, row))
         return Exit.FAILED
     return Exit.PASSED if is_same else Exit.ERROR
 
@@ -101,24 +98,6 @@ def _print_values(strategy: Shrinking, start: Start) -> None:
     unknown = [axis.path for axis in start.space.axes if axis.path not in before]
     if unknown:
         print(f"  each run draws {', '.join(unknown)}: the trace of run {start.found.row.run} was not kept")
-
-
-def _flaky(strategy: Shrinking, failure: SameFailure, row: Row) -> str:
-    """Describe a failure that does not repeat."""
-    assert strategy.repeated is not None, "it was repeated"
-    rows = strategy.repeated.rows
-    same = sum(map(failure.matches, rows))
-    if len(rows) > 1:
-        return (
-            f"\nrun {row.run} is flaky: with its values and its seed, {same} of {len(rows)} runs fail the same way"
-        )
-    if not rows or rows[0].status is not End.FAILED:
-        end = rows[0].status.value if rows else "excluded by constraints"
-        return f"\nrun {row.run} is flaky: it failed, and with the same values and the same seed it is {end}"
-    return (
-        f"\nrun {row.run} fails in another way with the same values and the same seed: {rows[0].reason}\n"
-        "  `--any-failure` counts all failures"
-    )
 
 
 def _write(file: Path, strategy: Shrinking, start: Start) -> Emitted:

@@ -203,10 +203,7 @@ def test_a_failure_that_does_not_repeat_is_flaky(home: Path, capsys: pytest.Capt
     Path("flaky").touch()
     assert run("--set", "limit=0.8", "--set", "load=0.1", "--set", "slope=0.0") == 1
     assert main(["campaign", "shrink", "campaign", "1", "-j", "1"]) == 1
-    assert (
-        "run 1 is flaky: it failed, and with the same values and the same seed it is passed"
-        in capsys.readouterr().out
-    )
+    assert "run 1 is flaky: it failed, and with the same values and seed it is passed" in capsys.readouterr().out
     assert not Path("main_1.osc").exists()
 
 

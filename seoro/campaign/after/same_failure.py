@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from seoro.campaign.after.finding import FoundRun
 from seoro.campaign.runs import End, Row
@@ -15,6 +16,11 @@ from seoro.campaign.strategies.contract import Told
 from seoro.campaign.work.running import TRACE
 from seoro.files.inputs import Kind, open_input
 from seoro.lang.frozen import Value
+
+FAILS: Final = "fails"
+PASSES: Final = "passes"
+OTHER: Final = "other failure"
+EXCLUDED: Final = "excluded"
 
 
 class SameFailure(Value):
@@ -38,6 +44,20 @@ class SameFailure(Value):
     def holds(self, told: Told) -> bool:
         """Return whether most repeats of a point failed in this way; False if constraints exclude it."""
         return 2 * sum(map(self.matches, told.rows)) > len(told.rows)
+
+    def ending_of(self, row: Row) -> str:
+        """Describe how a run ended: `fails` in this way, `passes`, `other failure`, `excluded`, or its status."""
+        if row.status is End.FAILED:
+            return FAILS if self.matches(row) else OTHER
+        named = {End.PASSED: PASSES, End.IMPOSSIBLE: EXCLUDED}
+        return named.get(row.status, str(row.status.value))
+
+    def ending(self, told: Told) -> str:
+        """Describe how most repeats of a point ended."""
+        if self.holds(told):
+            return FAILS
+        endings = Counter(self.ending_of(row) for row in told.rows if not self.matches(row))
+        return endings.most_common(1)[0][0] if endings else EXCLUDED
 
 
 def values_of_run(found: FoundRun, space: Space) -> dict[str, str]:

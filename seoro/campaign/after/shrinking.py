@@ -54,11 +54,17 @@ class Shrinking:
         self._run = run
         self._failure = failure
         self._known: dict[frozenset[tuple[str, str]], bool] = {}
+        self._runs: dict[frozenset[tuple[str, str]], int] = {}  # first run with values that fail
         self._is_feasible: Callable[[Mapping[str, str]], bool] = lambda _: True
         self.values = dict(values)
         self.simplest: Values = {}
         self.outcome = Outcome.UNCONFIRMED
         self.repeated: Told | None = None  # the failed run, again
+
+    @property
+    def best(self) -> int:
+        """Number of the run with the present values, in the campaign that shrinks."""
+        return self._runs[frozenset(self.values.items())]
 
     def batches(self, space: Space, seed: int) -> Batches:
         """Return the batches; see `Strategy`."""
@@ -76,7 +82,7 @@ class Shrinking:
         if not self._failure.holds(told[0]):
             self.outcome = Outcome.GONE
             return
-        self._known[frozenset(self.values.items())] = True
+        self._learn(frozenset(self.values.items()), told[0])
         self.outcome = Outcome.FAILING
         before: Values = {}
         while before != self.values:
@@ -135,5 +141,11 @@ class Shrinking:
                 points[key] = Point(values, reason, self._run)
         if points:
             told = yield list(points.values())
-            self._known.update((key, self._failure.holds(each)) for key, each in zip(points, told, strict=True))
+            for key, each in zip(points, told, strict=True):
+                self._learn(key, each)
         return [self._known.get(key, False) for key in keys]
+
+    def _learn(self, key: frozenset[tuple[str, str]], told: Told) -> None:
+        self._known[key] = self._failure.holds(told)
+        if self._known[key]:
+            self._runs[key] = told.rows[0].run
