@@ -5,7 +5,7 @@ Part `search`: runs until the first failure of each strategy, for a planted fail
 Part `covering`: rows and processor time of covering arrays.
 Part `shrink`: runs to shrink planted failures of five parameters.
 Part `compare`: how often comparisons of two campaigns find a planted regression, and how often they err.
-Part `report`: processor time, memory and size of a report.
+Part `report`: processor time and memory of the results of many runs.
 Part `rate`: processor time of campaigns of short runs, of all their processes, and time to the first row.
 Part `overhead`: processor time of a campaign in simulators, beyond that of its simulators.
 """
@@ -29,7 +29,8 @@ from typing import Final
 from seoro.campaign.after.shrinking import Shrinking
 from seoro.campaign.comparison.comparing import Outcome
 from seoro.campaign.comparison.comparing import compare as compare_campaigns
-from seoro.campaign.report.page import write_report
+from seoro.campaign.report.page import REPORT, write_report
+from seoro.campaign.results.files import write_results
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.statistics.sequential_test import SequentialTest
 from seoro.campaign.store.folder import read_rows
@@ -143,18 +144,22 @@ def _outcome(random: Random, case: dict[str, float], is_paired: bool) -> Outcome
 
 
 def report(runs: int) -> None:
-    """Print what the report of a campaign with generated rows takes; the memory is that of the process.
+    """Print what the results of a campaign with generated rows take; the memory is that of the process.
 
     Args:
         runs: Number of rows.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        generate(Path(folder), runs)
-        begun = time.process_time()
-        size = write_report(Path(folder)).stat().st_size
-        taken = time.process_time() - begun
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"report of {runs:,} runs: {taken:.1f} s, {size:,} bytes, {memory:.0f} MB")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        generate(folder, runs)
+        for write, what in ((write_report, "report"), (write_results, "report, tables and JUnit")):
+            begun = time.process_time()
+            write(folder)
+            taken, size = time.process_time() - begun, (folder / REPORT).stat().st_size
+            memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+            print(
+                f"{what} of {runs:,} runs: {taken:.1f} s, {memory:.0f} MB; report.html {size:,} bytes", flush=True
+            )
 
 
 def rate(runs: int) -> None:
