@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -252,12 +252,14 @@ def rows_so_far() -> int:
 
 
 def simulators_of(process: int) -> list[int]:
-    """Return the simulators that a process has started."""
-    return [int(found) for found in processes_of("sim_nodes") if _parent(found) == process]
+    """Return the simulators that a process or a descendant of it has started."""
+    return [int(found) for found in processes_of("sim_nodes") if process in _ancestors(found)]
 
 
-def _parent(process: str) -> int:
-    return int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1])
+def _ancestors(process: str) -> Iterator[int]:
+    while process != "0":
+        process = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1]
+        yield int(process)
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -16,7 +17,7 @@ import seoro
 from seoro.campaign import opening
 from seoro.campaign.runs import OF_THE_MACHINE
 from seoro.cli.main import main
-from tests.campaign.test_campaigns import DEADLY, rows_so_far, start, table
+from tests.campaign.test_campaigns import DEADLY, rows_so_far, simulators_of, start, table
 from tests.executors import HELLO, RunningExecutor, executor
 from tests.integration.conftest import wait_until
 
@@ -195,3 +196,26 @@ def test_campaigns_give_way_to_waiting_runs(tmp_path: Path, monkeypatch: pytest.
             process.kill()
             process.wait()
     assert len({row["worker"] for row in table()}) > 1
+
+
+@pytest.mark.slow
+def test_runs_of_a_killed_simulator_are_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("main.osc").write_text("""import osc.driving
+scenario main:
+    turtlebot4: differential_drive_robot
+    do turtlebot4.drive(linear: 0.1mps, duration: 2s)
+""")
+    with executor(tmp_path, "--jobs", "1") as running:
+        monkeypatch.setenv("SEORO_EXECUTOR", running.endpoint)
+        there = ("--sim", "mujoco", "--rate", "4", "--repeat", "4", "--on", "lab-a", "-o", "out")
+        process = start("run", "main.osc", *there)
+        try:
+            wait_until(lambda: rows_so_far() > 0, 60.0)
+            (simulator,) = simulators_of(running.process.pid)
+            os.kill(simulator, signal.SIGKILL)
+            assert process.wait(60) == 0
+        finally:
+            process.kill()
+            process.wait()
+    assert [row["attempt"] for row in table()].count("2") == 1

@@ -14,9 +14,10 @@ from seoro.campaign.pool.simulators import simulator_node
 from seoro.campaign.runs import End, Planned
 from seoro.campaign.store.folder import KEPT
 from seoro.campaign.work.job import Job as Work
-from seoro.campaign.work.running import Stopped, Worker
+from seoro.campaign.work.running import SimulatorDied, Stopped, Worker
 from seoro.embed.options import ROS_SIMULATOR, Options
 from seoro.embed.scenarios import Scenario
+from seoro.errors import BackendError
 from seoro.executor.job import Job
 from seoro.executor.permissions import vet_plan
 from seoro.executor.process.control import AFTER_STOP, Control
@@ -82,9 +83,14 @@ async def _work(worker: Worker, given: _GivenRuns, trace: TracePipe) -> None:
 
     Raises:
         Stopped: The worker was stopped.
+        BackendError: Its simulator has died; the coordinator gives the run to another worker.
     """
     while True:
-        row = await worker.make(await given.next())
+        planned = await given.next()
+        try:
+            row = await worker.make(planned)
+        except SimulatorDied as died:
+            raise BackendError("the simulator ended its process") from died
         trace.send(Frame.TRACE, row.to_line().encode("utf-8", "backslashreplace"))
         if row.status is End.ERROR:
             return
