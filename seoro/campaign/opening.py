@@ -12,6 +12,8 @@ from seoro import __version__
 from seoro.bindings.own_python import own_python
 from seoro.bundle.pack import pack
 from seoro.campaign.coordinator import Coordinator
+from seoro.campaign.coverage.drawing import InputSpace
+from seoro.campaign.coverage.items import covered_items
 from seoro.campaign.identity import digest_of
 from seoro.campaign.places import Places, open_engines
 from seoro.campaign.planner import Planner
@@ -21,6 +23,7 @@ from seoro.campaign.space.feasible import Feasibility
 from seoro.campaign.space.finding import find_axes
 from seoro.campaign.space.space import Space
 from seoro.campaign.stopping.grammar import parse_rule
+from seoro.campaign.stopping.rules import CoverageGoal
 from seoro.campaign.store.folder import (
     CampaignFile,
     CampaignFolder,
@@ -114,7 +117,8 @@ def space_of(scenario: Scenario, options: Options, varied: Sequence[str] = ()) -
     plan = lower(scenario.checked, options.name, given, options.constraints)
     axes = find_axes(plan, given, varied)
     feasibility = Feasibility(scenario, options.name, given, options.constraints)
-    return Space(axes, find_defaults(plan, axes), feasibility)
+    inputs = InputSpace(scenario, options.name, given, options.constraints, axes, plan)
+    return Space(axes, find_defaults(plan, axes), feasibility, inputs, covered_items(plan))
 
 
 def new_campaign(
@@ -146,7 +150,7 @@ def new_campaign(
         )
     asked.strategy.batches(space, asked.seed)  # refuses axes that it cannot use
     is_sample = not space.axes or (asked.strategy.sampling is Sampling.INDEPENDENT and asked.repeat == 1)
-    _check_rules(asked, is_sample)
+    _check_rules(asked, space, is_sample)
     manifest = pack(scenario, options, asked.limit, film=asked.film).manifest
     simulator = manifest.options.simulator
     named = "" if simulator is None else simulator.name or simulator.endpoint or ""
@@ -165,6 +169,7 @@ def new_campaign(
         budget=asked.budget,
         seeds=asked.seeds,
         parquet=asked.parquet,
+        items=space.items,
         is_sample=is_sample,
     )
     return create_folder(folder, campaign, overwrite=overwrite)
@@ -175,9 +180,15 @@ def _isolation_for(scenario: Scenario) -> Isolation:
     return "run" if any(own_python(scenario.checked.sources)) else "worker"
 
 
-def _check_rules(asked: Asked, is_sample: bool) -> None:
+def _check_rules(asked: Asked, space: Space, is_sample: bool) -> None:
     for text in asked.until:
-        if parse_rule(text).needs_samples and not is_sample:
+        rule = parse_rule(text)
+        if isinstance(rule, CoverageGoal) and not any(item.buckets for item in space.items):
+            raise UsageError(
+                f"the stopping rule `{text}` needs a `cover` item with a limited number of buckets",
+                help="add `cover(pace, unit: mps, range: [0..5], every: 1)` to the scenario",
+            )
+        if rule.needs_samples and not is_sample:
             reason = f"repeats with `--repeat {asked.repeat}` share values"
             if asked.strategy.sampling is not Sampling.INDEPENDENT:
                 reason = f"the strategy `{asked.strategy.name}` does not draw its values independently"

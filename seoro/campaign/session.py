@@ -11,6 +11,8 @@ from weakref import WeakSet
 import anyio
 
 from seoro.campaign.coordinator import Coordinator
+from seoro.campaign.coverage.counts import MergedCoverage
+from seoro.campaign.coverage.unreachable import note_unreachable, read_unreachable
 from seoro.campaign.opening import open_campaign
 from seoro.campaign.places import Places
 from seoro.campaign.reader import RowReader
@@ -19,8 +21,9 @@ from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import Row
 from seoro.campaign.space.space import Space
 from seoro.campaign.state import State
+from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.stopping.rate import Rate
-from seoro.campaign.stopping.rules import Stop
+from seoro.campaign.stopping.rules import CoverageGoal, Stop
 from seoro.campaign.store.folder import CampaignFolder, read_rows
 from seoro.campaign.strategies.contract import Strategy
 from seoro.errors import SeoroError
@@ -56,7 +59,9 @@ class Campaign(Results):
     ) -> None:
         super().__init__(folder.folder, folder.campaign)
         self.space = space
-        self.state = State(folder.campaign, read_rows(folder.folder))
+        if any(isinstance(parse_rule(text), CoverageGoal) for text in folder.campaign.until):
+            self._note_unreachable(MergedCoverage(folder.campaign.items))
+        self.state = State(folder.campaign, read_rows(folder.folder), read_unreachable(folder.folder))
         self.is_discarded = False
         self._opened = folder
         self._is_new = is_new
@@ -146,11 +151,18 @@ class Campaign(Results):
                 self.is_discarded = self._is_new and not self.tally.runs and isinstance(error, SeoroError)
                 raise
             await self._end()
+            if self._is_complete:
+                self._note_unreachable(self.state.watch.coverage)
         finally:
             if self.is_discarded:
                 self._opened.discard()
             else:
                 self._opened.close()
+
+    def _note_unreachable(self, coverage: MergedCoverage) -> None:
+        """Note which of the buckets without a sample constraints exclude."""
+        if self.space.inputs is not None:
+            note_unreachable(self.folder, self.space.inputs, coverage)
 
     async def _begin(self, places: Places, note: Callable[[str], object]) -> None:
         """Begin, and wait until the engine has started."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import Row
 from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.stopping.rate import Rate, Validity
 from seoro.campaign.stopping.watch import Watch
+from seoro.campaign.store.covered import Unreachable
 from seoro.campaign.store.folder import CampaignFile
 
 
@@ -18,6 +20,7 @@ class State:
     Args:
         campaign: Content of its `campaign.json`.
         rows: Rows of runs that have ended before.
+        unreachable: Buckets of `cover` items that constraints exclude.
 
     Attributes:
         campaign: As given.
@@ -28,10 +31,13 @@ class State:
         UsageError: A stopping rule is invalid.
     """
 
-    def __init__(self, campaign: CampaignFile, rows: Iterable[Row]) -> None:
+    def __init__(
+        self, campaign: CampaignFile, rows: Iterable[Row], unreachable: Iterable[Unreachable] = ()
+    ) -> None:
         self.campaign = campaign
         self.tally = Tally()
-        self.watch = Watch([parse_rule(text) for text in campaign.until], campaign.budget)
+        rules = [parse_rule(text) for text in campaign.until]
+        self.watch = Watch(rules, campaign.budget, coverage=MergedCoverage(campaign.items, unreachable))
         for row in rows:
             self.record(row)
 

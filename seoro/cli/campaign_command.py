@@ -19,6 +19,7 @@ from seoro.campaign.starting import reopened
 from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_after import AFTER, add_after
 from seoro.cli.campaign_compare import add_compare, run_compare
+from seoro.cli.campaign_coverage import add_coverage, print_coverage
 from seoro.cli.campaign_file import is_campaign_file, use_campaign_file
 from seoro.cli.campaign_interruption import Interruption
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
@@ -98,6 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     status.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     report = add_command(commands, "report", "write the results again: report.html, runs.csv, test.xml")
     report.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
+    add_coverage(commands)
     add_compare(commands)
     add_after(commands)
 
@@ -107,6 +109,8 @@ def run(options: argparse.Namespace) -> int:
     if options.what == "status":
         print_status(options.folder)
         return Exit.PASSED
+    if options.what == "coverage":
+        return print_coverage(options)
     if options.what == "compare":
         return run_compare(options)
     if options.what in AFTER:

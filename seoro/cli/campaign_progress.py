@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, Protocol
 
+from seoro.campaign.coverage.unreachable import read_unreachable
 from seoro.campaign.runs import End, Row
 from seoro.campaign.state import State
 from seoro.campaign.statistics.flaky import find_flaky
@@ -122,7 +123,7 @@ def seeds_text(campaign: CampaignFile) -> str:
 def print_status(folder: Path) -> None:
     """Print how far a campaign is."""
     campaign, rows = read_campaign(folder), sorted(read_rows(folder), key=lambda row: row.run)
-    state = State(campaign, rows)
+    state = State(campaign, rows, read_unreachable(folder))
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
     counts = f"{state.tally.runs:,}{of} runs: {state.tally.text}"
     print(f"{campaign.manifest.shown}: {counts}{rate_text(state, is_complete=False)}")

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.report.columns import MOST_BINS, OTHERS, Column
-from seoro.campaign.report.coverage import MergedCoverage
 from seoro.campaign.report.grouping import Bucket, influence
 from seoro.campaign.report.page import write_report
 from seoro.campaign.report.summary import MOST_ROWS, summarize
@@ -110,9 +110,11 @@ def test_coverage_is_added_over_runs() -> None:
     merged = MergedCoverage()
     plain = {"item": "main.way", "kind": "cover", "unit": "m", "target": 1, "total": 4, "illegal": 0, "outside": 1}
     for bucket in ("0..1", "3..4", "0..1"):
-        merged.add(({**plain, "buckets": {bucket: 1}}, {"kind": "record"}))
+        coverage = ({**plain, "buckets": {bucket: 1}}, {"kind": "record"})
+        merged.add(row(1, coverage=coverage))
     (item,) = merged.items.values()
-    assert (item.hits, item.reached, item.gaps, item.outside) == ({"0..1": 2, "3..4": 1}, 2, ["1..3"], 3)
+    samples = {bucket: counts.samples for bucket, counts in item.buckets.items()}
+    assert (samples, item.reached, item.holes, item.outside) == ({"0..1": 2, "3..4": 1}, 2, ["1..3"], 3)
 
 
 def test_a_summary_counts_each_run_once() -> None:

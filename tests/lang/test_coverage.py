@@ -99,6 +99,12 @@ def test_default_buckets_are_those_that_constraints_leave(
     assert single(tmp_path, members).buckets == expected
 
 
+def test_constraints_of_a_struct_bound_its_fields(tmp_path: Path) -> None:
+    before = "struct storm:\n    wind: float\n    keep(wind in [0.0..20.0])\n"
+    members = "now: storm with:\n    keep(it.wind >= 5)\ncover(wind, expression: now.wind)"
+    assert single(tmp_path, members, before).buckets == plan.Levels(5.0, 20.0)
+
+
 def test_constraints_of_an_enumeration_leave_some_buckets(tmp_path: Path) -> None:
     members = "now: light with:\n    keep(it in [light!red, light!green])\n    cover(now)"
     buckets = single(tmp_path, members).buckets

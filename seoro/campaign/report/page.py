@@ -8,6 +8,8 @@ from html import escape
 from pathlib import Path
 from typing import Final
 
+from seoro.campaign.coverage.counts import MergedCoverage
+from seoro.campaign.coverage.unreachable import read_unreachable
 from seoro.campaign.report import sections
 from seoro.campaign.report.style import STYLE
 from seoro.campaign.report.summary import Summary, summarize
@@ -31,7 +33,8 @@ def write_report(folder: Path) -> Path:
         OSError: The report cannot be written.
     """
     campaign = read_campaign(folder)
-    summary = summarize(read_rows(folder), campaign.seed)
+    coverage = MergedCoverage(campaign.items, read_unreachable(folder))
+    summary = summarize(read_rows(folder), campaign.seed, coverage)
     text = "".join(page(summary, campaign, folder))
     path = folder / REPORT
     path.write_text(without_controls(text), encoding="utf-8")

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
+from seoro.campaign.coverage.counts import ItemCounts, failing
 from seoro.campaign.report.charts import coverage_bar, floor_of, heat_map, histogram, interval, rate_chart
 from seoro.campaign.report.columns import text_of
-from seoro.campaign.report.coverage import ItemCounts
 from seoro.campaign.report.grouping import influence
 from seoro.campaign.report.summary import SAMPLE, Summary
 from seoro.campaign.runs import End, Row
@@ -29,6 +29,7 @@ _BARS: Final = 10
 _CELLS: Final = 8  # of a heat map, in each direction
 _SHOWN: Final = 6  # charts outside of the folded part
 _FAILURES: Final = 20
+_BUCKETS: Final = 8  # of an item, that are shown
 
 
 def verdict(summary: Summary, campaign: CampaignFile) -> Iterator[str]:
@@ -116,7 +117,10 @@ def coverage(summary: Summary) -> Iterator[str]:
     items = list(summary.coverage.items.values())
     if not items:
         return
-    yield '<h2>Coverage</h2><div class="cards">'
+    yield "<h2>Coverage</h2>"
+    if summary.coverage.share:
+        yield f"<p>{percent(summary.coverage.share)} of all reachable buckets have enough samples.</p>"
+    yield '<div class="cards">'
     for item in items:
         yield _card(item.item, "".join(_coverage_of(item)))
     yield "</div>"
@@ -181,21 +185,42 @@ def _pair(summary: Summary, vertical: str, horizontal: str) -> str:
 
 
 def _coverage_of(item: ItemCounts) -> Iterator[str]:
-    if item.total:
-        yield coverage_bar(item.reached, item.total)
-        yield f"<p>{item.reached:,} of {item.total:,} buckets with at least {_samples(max(item.target, 1))}</p>"
-        missing = item.total - len(item.hits)
-        if missing > 0:
-            gaps = f": {', '.join(item.gaps)} {item.unit}" if item.gaps else ""
-            yield f'<p class="note">{missing:,} without a sample{_text(gaps)}</p>'
+    samples = f"at least {_samples(item.needed)}"
+    if item.reachable:
+        yield coverage_bar(item.reached, item.reachable)
+        yield f"<p>{item.reached:,} of {item.reachable:,} buckets with {samples}</p>"
+        holes = item.holes
+        if holes:
+            yield f'<p class="note">Lacking: {_some(holes, item.unit)}</p>'
+        elif item.reached < item.reachable:
+            yield f'<p class="note">{item.reachable - item.reached:,} are lacking</p>'
+    elif item.buckets:
+        yield f"<p>{len(item.buckets):,}{' or more' if item.is_cut else ''} different values</p>"
     else:
-        yield f"<p>{len(item.hits):,}{' or more' if item.is_cut else ''} different values</p>"
-    low = sorted(item.hits.items(), key=lambda each: each[1])[:5]
-    yield f'<p class="note">Fewest: {_text(", ".join(f"{bucket}: {count:,}" for bucket, count in low))}</p>'
+        yield "<p>no samples</p>"
+    yield from _unreachable_in(item)
+    low = sorted(item.buckets.items(), key=lambda each: each[1].samples)[:5]
+    if low:
+        shown = ", ".join(f"{bucket}: {counts.samples:,}" for bucket, counts in low)
+        yield f'<p class="note">Fewest samples: {_text(shown)}</p>'
+    for bucket, counts in failing(item)[:_BUCKETS]:
+        yield f'<p class="note">{_text(bucket)}: {counts.failed:,} of {_runs(counts.runs)} failed</p>'
     if item.illegal:
         yield f'<p class="count">{item.illegal:,} illegal</p>'
     if item.outside:
         yield f'<p class="note">{_samples(item.outside)} outside of all buckets</p>'
+
+
+def _unreachable_in(item: ItemCounts) -> Iterator[str]:
+    """Yield the buckets that constraints exclude, by these constraints."""
+    for reasons, buckets in item.excluded.items():
+        by = f" by {' and '.join(reasons)}" if reasons else ""
+        yield f'<p class="note">Unreachable{_text(by)}: {_some(buckets, item.unit)}</p>'
+
+
+def _some(buckets: Sequence[str], unit: str) -> str:
+    more = f" and {len(buckets) - _BUCKETS:,} more" if len(buckets) > _BUCKETS else ""
+    return _text(f"{', '.join(buckets[:_BUCKETS])}{more}{f' {unit}' if unit else ''}")
 
 
 def _folded(charts: Sequence[str], of: str) -> Iterator[str]:

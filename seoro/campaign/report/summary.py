@@ -10,8 +10,8 @@ from dataclasses import field
 from itertools import chain, islice
 from typing import Any, Final, TypeAlias
 
+from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.report.columns import Column
-from seoro.campaign.report.coverage import MergedCoverage
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
 from seoro.lang.lazy_dataclass import lazy_dataclass
@@ -70,14 +70,15 @@ class Summary(Tally):
     last: str = ""
 
 
-def summarize(rows: Iterable[Row], seed: int) -> Summary:
+def summarize(rows: Iterable[Row], seed: int, coverage: MergedCoverage | None = None) -> Summary:
     """Summarize the rows of a campaign.
 
     Args:
         rows: A row for each run, in any order.
         seed: Seed of the random sample for pairs of parameters.
+        coverage: Coverage without runs, for items that are defined; None if they are unknown.
     """
-    found, draw = Summary(), random.Random(seed)  # noqa: S311 - a sample
+    found, draw = Summary(coverage=coverage or MergedCoverage()), random.Random(seed)  # noqa: S311 - a sample
     rows = iter(rows)
     while batch := list(islice(rows, BATCH)):
         decided = []
@@ -87,7 +88,7 @@ def summarize(rows: Iterable[Row], seed: int) -> Summary:
                 _count(found, row)
             if row.status is End.PASSED or row.status is End.FAILED:
                 decided.append(row)
-                found.coverage.add(row.coverage)
+                found.coverage.add(row)
                 _sample(found, row, draw)
         failures = [row.status is End.FAILED for row in decided]
         _count_columns(found.parameters, [row.values for row in decided], failures)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from seoro.campaign.coverage.unreachable import read_unreachable
 from seoro.campaign.results.files import write_results
 from seoro.campaign.results.frame import frame_of
 from seoro.campaign.results.html import MOST_ROWS, table_html
@@ -75,7 +76,7 @@ class Results:
         return write_results(self.folder)
 
     def _state(self) -> State:
-        return State(self.campaign, read_rows(self.folder))
+        return State(self.campaign, read_rows(self.folder), read_unreachable(self.folder))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.campaign.manifest.shown} in {self.folder}: {self.tally.text}>"

@@ -4,6 +4,7 @@ rule  = "rate" ("+-" | "±") share
       | "rate" ">=" share "vs" share ["errors" share]
       | "first failure"
       | count "failures"
+      | "coverage" share
 share = NUMBER | NUMBER "%"
 """
 
@@ -13,14 +14,15 @@ import re
 from typing import Final
 
 from seoro.campaign.statistics.sequential_test import ERRORS, SequentialTest
-from seoro.campaign.stopping.rules import Accuracy, Failures, RateTest, Rule
+from seoro.campaign.stopping.rules import Accuracy, CoverageGoal, Failures, RateTest, Rule
 from seoro.errors import UsageError
 
 _SHARE: Final = r"(\d+(?:\.\d+)?\s*%?|\.\d+\s*%?)"
 _ACCURACY: Final = re.compile(rf"rate\s*(?:\+-|\+/-|±)\s*{_SHARE}")
 _TEST: Final = re.compile(rf"rate\s*>=\s*{_SHARE}\s*vs\s*{_SHARE}(?:\s*errors\s*{_SHARE})?")
 _FAILURES: Final = re.compile(r"(first|\d+)\s+failures?")
-_FORMS: Final = "`rate +- 2%`, `rate >= 0.95 vs 0.90`, `first failure` or `10 failures`"
+_COVERAGE: Final = re.compile(rf"coverage\s*(?:>=)?\s*{_SHARE}")
+_FORMS: Final = "`rate +- 2%`, `rate >= 0.95 vs 0.90`, `first failure`, `10 failures` or `coverage 95%`"
 
 
 def parse_rule(text: str) -> Rule:
@@ -48,6 +50,11 @@ def parse_rule(text: str) -> Rule:
         if not count:
             raise _invalid(text, "expected at least one failure")
         return Failures(count)
+    if found := _COVERAGE.fullmatch(stripped):
+        share = _share(found[1])
+        if not 0.0 < share <= 1.0:
+            raise _invalid(text, f"expected a coverage of more than 0 and at most 100 %, found {found[1]}")
+        return CoverageGoal(share)
     raise _invalid(text, "unknown rule")
 
 

@@ -28,11 +28,12 @@ class Rule(Protocol):
     def needs_samples(self) -> bool:
         """Whether the rule is valid for independent runs only."""
 
-    def check(self, passed: int, failed: int) -> Stop | None:
+    def check(self, passed: int, failed: int, coverage: float = 0.0) -> Stop | None:
         """Return the end of the campaign, or None to continue.
 
         Args:
             passed, failed: Number of runs with these verdicts.
+            coverage: Share of the reachable buckets of `cover` items that have enough samples.
         """
 
 
@@ -46,7 +47,7 @@ class Accuracy(Value):
     half_width: float
     needs_samples = True
 
-    def check(self, passed: int, failed: int) -> Stop | None:
+    def check(self, passed: int, failed: int, coverage: float = 0.0) -> Stop | None:
         """See `Rule`."""
         bounds = live_bounds(passed, passed + failed)
         if (bounds.high - bounds.low) / 2.0 > self.half_width:
@@ -64,7 +65,7 @@ class RateTest(Value):
     test: SequentialTest
     needs_samples = True
 
-    def check(self, passed: int, failed: int) -> Stop | None:
+    def check(self, passed: int, failed: int, coverage: float = 0.0) -> Stop | None:
         """See `Rule`."""
         decision = self.test.decide(passed, failed)
         if decision is Decision.OPEN:
@@ -84,11 +85,26 @@ class Failures(Value):
     count: int
     needs_samples = False
 
-    def check(self, passed: int, failed: int) -> Stop | None:
+    def check(self, passed: int, failed: int, coverage: float = 0.0) -> Stop | None:
         """See `Rule`."""
         if failed < self.count:
             return None
         return Stop("first failure" if self.count == 1 else f"{self.count} failures")
+
+
+class CoverageGoal(Value):
+    """Ends a campaign when enough buckets of `cover` items have enough samples.
+
+    Args:
+        share: Share of the reachable buckets.
+    """
+
+    share: float
+    needs_samples = False
+
+    def check(self, passed: int, failed: int, coverage: float = 0.0) -> Stop | None:
+        """See `Rule`."""
+        return Stop(f"the coverage is {percent(coverage)}") if coverage >= self.share else None
 
 
 def percent(share: float) -> str:

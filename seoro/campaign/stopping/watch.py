@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.runs import End, Row
-from seoro.campaign.stopping.rules import RateTest, Rule, Stop
+from seoro.campaign.stopping.rules import CoverageGoal, RateTest, Rule, Stop
 
 _IS_PASSED: Final = {End.PASSED: True, End.FAILED: False}
 
@@ -22,14 +23,21 @@ class Watch:
         rules: Stopping rules, the first of which ends the campaign.
         budget: Wall time [s] from now; None without a limit.
         clock: Clock of the budget [s].
+        coverage: Coverage without runs, for campaigns with `cover` items.
 
     Attributes:
         passed, failed: Number of runs with these verdicts, up to the first that has not ended.
+        coverage: Coverage; with a rule about it, of these runs only.
+        needs_coverage: Whether a rule is about the coverage.
         stop: End by a rule or by the budget; None to continue.
     """
 
     def __init__(
-        self, rules: Sequence[Rule] = (), budget: float | None = None, clock: Callable[[], float] = time.monotonic
+        self,
+        rules: Sequence[Rule] = (),
+        budget: float | None = None,
+        clock: Callable[[], float] = time.monotonic,
+        coverage: MergedCoverage | None = None,
     ) -> None:
         self.passed = self.failed = 0
         self._rules = rules
@@ -37,15 +45,24 @@ class Watch:
         self._clock = clock
         self._begun = clock()
         self._next = 1
-        self._early: dict[int, End] = {}  # runs that have ended before an earlier one
+        self._early: dict[int, tuple[End, Row | None]] = {}  # runs that have ended before an earlier one
+        self.needs_coverage = any(isinstance(rule, CoverageGoal) for rule in rules)
+        self.coverage = coverage or MergedCoverage()
         self.stop: Stop | None = None
 
     def record(self, row: Row) -> None:
         """Take the end of a run; repeated rows of a run count once."""
-        if row.run >= self._next:
-            self._early.setdefault(row.run, row.status)
-        while (end := self._early.pop(self._next, None)) is not None:
+        if row.run >= self._next and row.run not in self._early:
+            kept = row if row.coverage and row.status in _IS_PASSED else None
+            if kept is not None and not self.needs_coverage:  # its order has no effect, and it needs memory
+                self.coverage.add(kept)
+                kept = None
+            self._early[row.run] = row.status, kept
+        while (ended := self._early.pop(self._next, None)) is not None:
+            end, kept = ended
             self._next += 1
+            if kept is not None:
+                self.coverage.add(kept)
             if end in _IS_PASSED:
                 self._count(_IS_PASSED[end])
 
@@ -55,7 +72,8 @@ class Watch:
         if self.stop is not None:
             return
         for rule in self._rules:
-            stop = rule.check(self.passed, self.failed)
+            coverage = self.coverage.share if isinstance(rule, CoverageGoal) else 0.0
+            stop = rule.check(self.passed, self.failed, coverage)
             if stop is not None:
                 runs = self.passed + self.failed
                 self.stop = Stop(f"{stop.reason}, after {runs:,} runs", stop.decision)

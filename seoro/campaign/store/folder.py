@@ -25,6 +25,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from seoro.bridges.executor.messages import Manifest
 from seoro.campaign.runs import Planned, Row, each_once
+from seoro.campaign.store.covered import CoveredItem
 from seoro.campaign.store.lines import Appender, cut_torn_line, read_lines
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, read_input
@@ -38,8 +39,9 @@ KEPT: Final = "kept"
 REPLAYED: Final = "replayed"
 SHRINK: Final = "shrink"
 NEIGHBOURS: Final = "neighbours"
+UNREACHABLE: Final = "unreachable.jsonl"
 LOCK: Final = "lock"
-DERIVED: Final = ("runs.csv", "runs.parquet", "test.xml", "report.html")  # can be made again
+DERIVED: Final = ("runs.csv", "runs.parquet", "test.xml", "report.html", UNREACHABLE)  # can be made again
 _NUMBER: Final = re.compile(rb'\{"number": ?(\d{1,18})\b')
 
 Isolation = Literal["worker", "run", "process"]
@@ -74,6 +76,7 @@ class CampaignFile(BaseModel):
         budget: Wall time of a session [s]; None without a limit.
         seeds: Seeds of the repeats of each point, instead of consecutive ones; empty for those.
         parquet: Whether trajectories of kept runs are also written as Parquet.
+        items: Definitions of the `cover` items of the scenario.
         is_sample: Whether the runs are a sample, so that their pass rate estimates a probability.
         is_extended: Whether the number of runs was changed after the start.
     """
@@ -94,6 +97,7 @@ class CampaignFile(BaseModel):
     budget: float | None = None
     seeds: tuple[int, ...] = ()
     parquet: bool = False
+    items: tuple[CoveredItem, ...] = ()
     is_sample: bool = False
     is_extended: bool = False
 

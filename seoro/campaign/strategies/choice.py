@@ -9,6 +9,7 @@ from typing import Any, Final
 from seoro.campaign.store.folder import StrategyText
 from seoro.campaign.strategies.boundary import Boundary
 from seoro.campaign.strategies.contract import Strategy
+from seoro.campaign.strategies.cover import Cover
 from seoro.campaign.strategies.grid import Grid
 from seoro.campaign.strategies.latin import Latin
 from seoro.campaign.strategies.pairwise import Pairwise
@@ -19,7 +20,7 @@ from seoro.errors import UsageError
 from seoro.lang.diagnostics import near
 from seoro.lang.frozen import Value
 
-_ALL: Final[tuple[type[Any], ...]] = (Grid, Uniform, Latin, Sobol, Pairwise, Boundary, Search)
+_ALL: Final[tuple[type[Any], ...]] = (Grid, Uniform, Latin, Sobol, Pairwise, Boundary, Cover, Search)
 STRATEGIES: Final[Mapping[str, type[Any]]] = {each.name: each for each in _ALL}
 """Classes of strategies; their fields are their options."""
 

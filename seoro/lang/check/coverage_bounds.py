@@ -37,6 +37,13 @@ class Bounds(Value):
             return None
         return tuple(value for value in self.values if not is_a_number(value) or self.low <= value <= self.high)
 
+    def within(self, other: Bounds) -> Bounds:
+        """Return the values that both leave."""
+        values = self.values if other.values is None else other.values
+        if self.values is not None and other.values is not None:
+            values = tuple(value for value in self.values if value in other.values)
+        return Bounds(max(self.low, other.low), min(self.high, other.high), values)
+
 
 def bounds_of(path: str, members: Iterable[plan.StructureMember], it: str | None) -> Bounds:
     """Return the values that the constraints among the members of a type leave to a parameter.
@@ -90,15 +97,12 @@ def _narrowed(found: Bounds, condition: plan.Expression, path: str, it: str | No
             known = tuple(dict.fromkeys(value for value in values if value is not None))
             if len(known) < len(set(values)):  # one is not constant
                 return found
-            if found.values is not None:
-                known = tuple(value for value in found.values if value in known)
-            return Bounds(found.low, found.high, known)
+            return found.within(Bounds(values=known))
         case plan.Contains(item, plan.RangeOf(first, last)) if path_of(item, it) == path:
             one, other = _number(first), _number(last)
             if one is None or other is None:
                 return found
-            low, high = min(one, other), max(one, other)
-            return Bounds(max(found.low, low), min(found.high, high), found.values)
+            return found.within(Bounds(min(one, other), max(one, other)))
         case plan.Compare("<" | "<=", left, right):
             return _compared(found, left, right, path, it)
         case plan.Compare(">" | ">=", left, right):
@@ -110,11 +114,9 @@ def _narrowed(found: Bounds, condition: plan.Expression, path: str, it: str | No
 def _compared(found: Bounds, less: plan.Expression, greater: plan.Expression, path: str, it: str | None) -> Bounds:
     if path_of(less, it) == path:
         high = _number(greater)
-        return found if high is None else Bounds(found.low, min(found.high, high), found.values)
+        return found if high is None else found.within(Bounds(high=high))
     low = _number(less)
-    if path_of(greater, it) == path and low is not None:
-        return Bounds(max(found.low, low), found.high, found.values)
-    return found
+    return found.within(Bounds(low=low)) if path_of(greater, it) == path and low is not None else found
 
 
 def _constant(expression: plan.Expression) -> Scalar | None:

@@ -14,7 +14,7 @@ from functools import partial
 from seoro.lang import ast, plan, symbols
 from seoro.lang.check.convert import Typed
 from seoro.lang.check.coverage_arguments import ARGUMENTS, Argument, Literals
-from seoro.lang.check.coverage_bounds import bounds_of, path_of
+from seoro.lang.check.coverage_bounds import Bounds, bounds_of, path_of
 from seoro.lang.check.coverage_buckets import buckets_of, default_buckets
 from seoro.lang.check.expressions import Expressions
 from seoro.lang.check.plan_types import units_of
@@ -149,8 +149,17 @@ class Items:
         """Return the buckets of an item without arguments for them."""
         it = draft.held_by.name if draft.held_by is not None else None
         path = path_of(value.expression, it)
-        members = self._expressions.values.structure(draft.owner).members if path is not None else ()
-        return default_buckets(value.type, bounds_of(path or "", members, it), unit)
+        bounds = Bounds() if path is None else self._bounds(draft.owner, path, it)
+        return default_buckets(value.type, bounds, unit)
+
+    def _bounds(self, owner: symbols.TypeSymbol, path: str, it: str | None) -> Bounds:
+        """Return the values that the constraints of a type, and of the structs and actors on a path, leave."""
+        found = bounds_of(path, self._expressions.values.structure(owner).members, it)
+        first, _, rest = path.partition(".")
+        field = owner.inventory.fields.get(first)
+        if rest and field is not None and isinstance(field.type, symbols.Structured):
+            found = found.within(self._bounds(field.type.symbol, rest, None))
+        return found
 
     def _value(self, draft: Draft) -> Typed | None:
         """Return the sampled value; report a missing one and return None."""

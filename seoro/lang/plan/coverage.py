@@ -61,6 +61,10 @@ class CoverageUnit(Value):
     factor: float
     offset: float
 
+    def to_si(self, value: float) -> float:
+        """Convert a value to SI."""
+        return value * self.factor + self.offset
+
     def of_si(self, value: float) -> float:
         """Convert an SI value; rounded to `UNIT_DIGITS`, so that 50kph stays 50."""
         return float(f"{(value - self.offset) / self.factor:.{UNIT_DIGITS}g}")

@@ -9,14 +9,28 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from dataclasses import field
+from itertools import pairwise
 from typing import assert_never
 
 from seoro.lang.lazy_dataclass import lazy_dataclass
-from seoro.lang.plan import AnyCoverageItem, Buckets, CoverageItem, Distinct, EachValue, Edges, Levels, Slices
-from seoro.runtime.values.values import Value, plain
+from seoro.lang.plan import (
+    AnyCoverageItem,
+    Buckets,
+    CoverageItem,
+    Distinct,
+    EachValue,
+    Edges,
+    Levels,
+    Plan,
+    Slices,
+)
+from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.instances.instances import Composed
+from seoro.runtime.values.environment import Environment, EvaluationError
+from seoro.runtime.values.values import Fields, Value, plain
 from seoro.runtime.verdict import ItemCoverage
 
-_LEVELS = ("low", "medium", "high")
+LEVELS = ("low", "medium", "high")
 
 
 def number_of(buckets: Buckets) -> int | None:
@@ -27,11 +41,47 @@ def number_of(buckets: Buckets) -> int | None:
         case Edges(edges):
             return len(edges) - 1
         case Levels():
-            return len(_LEVELS) + 2
+            return len(LEVELS) + 2
         case Slices() | Distinct():
             return None
         case _:
             assert_never(buckets)
+
+
+def labels_of(buckets: Buckets) -> tuple[str, ...] | None:
+    """Return the names of all buckets, in order; None if unbounded."""
+    match buckets:
+        case EachValue(values):
+            return tuple(map(label, values))
+        case Edges(edges):
+            return tuple(f"{low:.12g}..{high:.12g}" for low, high in pairwise(edges))
+        case Levels():
+            return ("min", *LEVELS, "max")
+        case Slices() | Distinct():
+            return None
+        case _:
+            assert_never(buckets)
+
+
+def buckets_with(item: CoverageItem, plan: Plan) -> Buckets:
+    """Return the buckets of an item, without single values that `ignore` or `illegal` exclude.
+
+    A value for which these cannot be computed is not excluded.
+    """
+    if not isinstance(item.buckets, EachValue) or (item.ignore is None and item.illegal is None):
+        return item.buckets
+    return EachValue(tuple(value for value in item.buckets.values if not _is_excluded(item, value, plan)))
+
+
+def _is_excluded(item: CoverageItem, value: Value, plan: Plan) -> bool:
+    if item.unit is not None and isinstance(value, int | float):
+        value = item.unit.to_si(value)
+    constants = Environment(Composed("constants", Fields()), plan, {item.name: value})
+    conditions = [each for each in (item.ignore, item.illegal) if each is not None]
+    try:
+        return any(bool(evaluate(each, constants)) for each in conditions)
+    except EvaluationError:
+        return False
 
 
 def bucket_of(buckets: Buckets, value: Value) -> str | None:
@@ -72,7 +122,7 @@ def _level(low: float, high: float, value: float) -> str | None:
     if value in (low, high):
         return "min" if value == low else "max"
     share = value / high if low == 0 else (value / 2 - low / 2) / (high / 2 - low / 2)  # halves avoid overflow
-    return _LEVELS[min(int(share * len(_LEVELS)), len(_LEVELS) - 1)]
+    return LEVELS[min(int(share * len(LEVELS)), len(LEVELS) - 1)]
 
 
 def _slice(width: float, value: float) -> str | None:

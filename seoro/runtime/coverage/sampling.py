@@ -21,7 +21,7 @@ from seoro.lang import frozen, plan
 from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
-from seoro.runtime.coverage.buckets import Tally, bucket_of, number_of
+from seoro.runtime.coverage.buckets import Tally, bucket_of, buckets_with, number_of
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import newly_held, types_of
 from seoro.runtime.trace.records import Trace
@@ -146,25 +146,11 @@ class Coverage:
         if key in self._tallies:
             return
         if isinstance(item, plan.CoverageItem):
-            self._tallies[key] = Tally(item, self._goals(holder, item))
+            self._tallies[key] = Tally(item, number_of(buckets_with(item, self.run_plan)))
             return
         totals = [self._tally(holder, name).total for name in item.items]
         known = [total for total in totals if total is not None]
         self._tallies[key] = Tally(item, math.prod(known) if len(known) == len(totals) else None)
-
-    def _goals(self, holder: _Holder, item: plan.CoverageItem) -> int | None:
-        """Return the number of buckets of an item, without ignored and illegal single values."""
-        if not isinstance(item.buckets, plan.EachValue) or (item.ignore is None and item.illegal is None):
-            return number_of(item.buckets)
-        wanted = [value for value in item.buckets.values if not self._excluded(holder, item, value)]
-        return len(wanted)
-
-    def _excluded(self, holder: _Holder, item: plan.CoverageItem, value: Value) -> bool:
-        """Whether a value is excluded from the goals; without a result, it is not."""
-        try:
-            return any(self._is_true(holder, item, condition, value) for condition in (item.ignore, item.illegal))
-        except EvaluationError:
-            return False
 
     @staticmethod
     def _is_true(

@@ -1,0 +1,183 @@
+"""Values that lead to a bin, drawn by the solver with its constraints; or the constraints that exclude it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+
+from seoro.campaign.coverage.bins import Bin, Input, bins_of, inputs_of, path_of
+from seoro.campaign.coverage.items import items_in, parts_of
+from seoro.campaign.space.axes import Axis
+from seoro.embed.scenarios import Scenario
+from seoro.errors import CONFLICT, UsageError
+from seoro.lang import plan as plan_
+from seoro.lang.frontend import lower
+from seoro.lang.frozen import Value
+from seoro.lang.lower.outside import ORIGIN
+from seoro.lang.plan import AnyCoverageItem, Plan
+from seoro.runtime.coverage.buckets import bucket_of
+from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.instances.instances import Instance, types_of
+from seoro.runtime.values.environment import Environment, EvaluationError
+from seoro.runtime.values.text import value_text
+from seoro.runtime.values.values import Actor, Struct
+from seoro.runtime.values.values import Value as Held
+
+
+class Excluded(Exception):
+    """Constraints exclude a bin.
+
+    Args:
+        reasons: Their texts, with their places.
+    """
+
+    def __init__(self, reasons: tuple[str, ...]) -> None:
+        super().__init__(", ".join(reasons))
+        self.reasons = reasons
+
+
+class Drawn(Value):
+    """Values that lead to a bin.
+
+    Args:
+        values: Values of parameters by path, in the notation of the scenario.
+        samples: Qualified items with their buckets, for these values.
+    """
+
+    values: Mapping[str, str]
+    samples: frozenset[tuple[str, str]]
+
+
+class InputSpace:
+    """Bins of the items over parameters of a scenario, and values for them.
+
+    Args:
+        scenario: The loaded scenario.
+        name: Name of the entry scenario, or None.
+        overrides: Values of parameters that all runs share.
+        constraints: Constraints from outside that all runs share.
+        axes: Parameters that vary.
+        plan: Its plan.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        name: str | None,
+        overrides: Mapping[str, str],
+        constraints: Sequence[str],
+        axes: Sequence[Axis],
+        plan: Plan,
+    ) -> None:
+        self._scenario = scenario
+        self._name = name
+        self._overrides = overrides
+        self._constraints = constraints
+        self._axes = axes
+        self._plan = plan
+
+    @cached_property
+    def bins(self) -> tuple[Bin, ...]:
+        """The bins."""
+        return bins_of(self._plan)
+
+    @cached_property
+    def _inputs(self) -> Mapping[str, Input]:
+        return inputs_of(self._plan)
+
+    @cached_property
+    def _items(self) -> Mapping[str, AnyCoverageItem]:
+        return items_in(self._plan, types_of(self._plan.scenarios[self._plan.entry])[::-1])
+
+    @cached_property
+    def _paths(self) -> tuple[str, ...]:
+        """Paths of the parameters that vary or that items depend on."""
+        fields = self._plan.scenarios[self._plan.entry].structure.fields
+        own = [axis.path for axis in self._axes if axis.path.partition(".")[0] in fields]
+        read = (path for each in self._inputs.values() for path in _leaves(each.item.expression, each.item.it))
+        return tuple(dict.fromkeys((*own, *(path for path in read if path not in self._overrides))))
+
+    def draw(self, wanted: Bin, seed: int) -> Drawn:
+        """Draw values that lead to a bin.
+
+        Args:
+            wanted: The bin.
+            seed: Seed of the draw.
+
+        Raises:
+            Excluded: Constraints exclude the bin.
+            UsageError: A parameter has no bounds, or another expression no value.
+        """
+        from seoro.runtime.parameters.parameters import make_entry  # noqa: PLC0415 - loads most of the runtime
+
+        constraints = (*self._constraints, *wanted.constraints)
+        plan = lower(self._scenario.checked, self._name, self._overrides, constraints)
+        try:
+            entry, _ = make_entry(plan, seed)
+        except UsageError as error:
+            if error.code != CONFLICT:
+                raise
+            raise Excluded(tuple(_reasons(error, wanted.constraints))) from error
+        values = {path: text for path in self._paths if (text := _text_at(entry, path, plan)) is not None}
+        return Drawn(values, self._samples(entry, plan))
+
+    def _samples(self, entry: Instance, plan: Plan) -> frozenset[tuple[str, str]]:
+        buckets = self._buckets(entry, plan)
+        found: set[tuple[str, str]] = set()
+        for item in self._items.values():
+            own = [buckets.get(part.name) for part in parts_of(item, self._items)]
+            known = [bucket for bucket in own if bucket is not None]
+            if len(known) == len(own):
+                found.add((f"{item.owner}.{item.name}", " x ".join(known)))
+        return frozenset(found)
+
+    def _buckets(self, entry: Instance, plan: Plan) -> Mapping[str, str]:
+        """Return the buckets of the items of single values, by name."""
+        found: dict[str, str] = {}
+        for name, given in self._inputs.items():
+            item = given.item
+            bindings = {} if item.it is None else {"it": entry.fields[item.it]}
+            try:
+                value = evaluate(item.expression, Environment(entry, plan, bindings))
+            except EvaluationError:
+                continue
+            if item.unit is not None and isinstance(value, int | float):
+                value = item.unit.of_si(value)
+            bucket = bucket_of(item.buckets, value)
+            if bucket is not None:
+                found[name] = bucket
+        return found
+
+
+def _reasons(error: UsageError, own: Sequence[str]) -> Iterator[str]:
+    """Yield the constraints of a conflict, apart from those of the bin."""
+    for span, _ in error.places:
+        if span.file.name == ORIGIN and span.file.text in own:
+            continue
+        text = " ".join(span.text.split())
+        yield text if span.file.name == ORIGIN else f"{text} ({span})"
+
+
+def _leaves(node: plan_.Expression, it: str | None) -> Iterator[str]:
+    """Yield the paths of the parameters that an expression reads."""
+    path = path_of(node, it)
+    if path is not None:
+        yield path
+    else:
+        for part in plan_.parts(node):
+            yield from _leaves(part, it)
+
+
+def _text_at(entry: Instance, path: str, plan: Plan) -> str | None:
+    """Return the value of a parameter in the notation of the scenario; None for values that cannot be set."""
+    first, *rest = path.split(".")
+    value: Held = entry.fields[first]
+    roots = (plan.scenarios[plan.entry].structure, plan.globals)
+    type_ = next((root.fields[first].type for root in roots if first in root.fields), None)
+    for name in rest:
+        if not isinstance(value, Struct | Actor):
+            return None
+        structure = plan.structures.find(value.type)
+        declared = structure.fields.get(name) if structure is not None else None
+        value, type_ = value.fields[name], declared.type if declared is not None else None
+    return None if isinstance(value, Actor | Struct) else value_text(value, type_, plan.structures)
