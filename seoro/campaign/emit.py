@@ -142,7 +142,7 @@ class Emitter:
             source = resolved(root / each.path)
             if source == resolved(file.path) or not source.is_relative_to(home):
                 continue
-            content = source.read_bytes()
+            content = read_input(source, Kind.BUNDLED)
             module = modules.get(source)
             if module is not None:
                 content = _edited(module.file.text, self._imports(module)).encode()
@@ -181,7 +181,7 @@ def check_replaceable(path: Path) -> None:
 
 def _place(path: Path, content: bytes) -> None:
     if path.exists():
-        if path.read_bytes() != content:
+        if read_input(path, Kind.OUTPUT) != content:
             raise UsageError(
                 f"{path} exists, and differs from the file of the scenario", help="choose a new folder"
             )

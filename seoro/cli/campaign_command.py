@@ -21,6 +21,7 @@ from seoro.cli.campaign_after import AFTER, add_after
 from seoro.cli.campaign_compare import add_compare, run_compare
 from seoro.cli.campaign_coverage import add_coverage, print_coverage
 from seoro.cli.campaign_file import is_campaign_file, use_campaign_file
+from seoro.cli.campaign_import import add_import, import_vast
 from seoro.cli.campaign_interruption import Interruption
 from seoro.cli.campaign_listing import add_listing, emit_runs, list_runs
 from seoro.cli.campaign_places import add_places, place_texts, places_of
@@ -102,6 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_coverage(commands)
     add_compare(commands)
     add_after(commands)
+    add_import(commands)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -113,6 +115,8 @@ def run(options: argparse.Namespace) -> int:
         return print_coverage(options)
     if options.what == "compare":
         return run_compare(options)
+    if options.what == "import":
+        return import_vast(options)
     if options.what in AFTER:
         return AFTER[options.what](options)
     if options.what == "report":

@@ -52,6 +52,10 @@ class Lines:
 
     def at(self, place: Sequence[int | str]) -> str:
         """Return the location of a value, or of its nearest existing parent, such as `hall.yaml:7`."""
+        return f"{self._source}:{self.line(place)}"
+
+    def line(self, place: Sequence[int | str]) -> int:
+        """Return the line of a value, or of its nearest existing parent."""
         node, mark = self._root, None if self._root is None else self._root.start_mark
         for part in place:
             match node:
@@ -66,7 +70,7 @@ class Lines:
                     mark = node.start_mark
                 case _:
                     break
-        return f"{self._source}:{1 if mark is None else mark.line + 1}"
+        return 1 if mark is None else mark.line + 1
 
     def before(self, message: str) -> str:
         """Prefix a message that begins with a place, such as `robots.0.pose: `, with its location."""

@@ -73,7 +73,7 @@ def test_all_options_for_paths_are_known() -> None:
     commands = next(each for each in parser._actions if isinstance(each, argparse._SubParsersAction))
     options = [each for each in commands.choices["run"]._actions if each.type is Path]
     long = {each.option_strings[-1].removeprefix("--") for each in options}
-    assert long - {"emit"} == set(PATHS)
+    assert long - {"emit", "keys"} == set(PATHS)
 
 
 def test_rules_are_a_text_a_list_or_a_mapping(write: Write) -> None:

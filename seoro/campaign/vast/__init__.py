@@ -1,0 +1,1 @@
+"""Import of RoboVAST files (`.vast`) as campaign files."""
