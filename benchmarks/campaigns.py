@@ -5,6 +5,7 @@ Part `search`: runs until the first failure of each strategy, for a planted fail
 Part `covering`: rows and processor time of covering arrays.
 Part `shrink`: runs to shrink planted failures of five parameters.
 Part `compare`: how often comparisons of two campaigns find a planted regression, and how often they err.
+Part `rank`: processor time of the choice of runs that keep all buckets.
 Part `report`: processor time and memory of the results of many runs.
 Part `rate`: processor time of campaigns of short runs, of all their processes, and time to the first row.
 Part `overhead`: processor time of a campaign in simulators, beyond that of its simulators.
@@ -29,8 +30,10 @@ from typing import Final
 from seoro.campaign.after.shrinking import Shrinking
 from seoro.campaign.comparison.comparing import Outcome
 from seoro.campaign.comparison.comparing import compare as compare_campaigns
+from seoro.campaign.ranking import Ranking
 from seoro.campaign.report.page import REPORT, write_report
 from seoro.campaign.results.files import write_results
+from seoro.campaign.runs import End, Row
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.statistics.sequential_test import SequentialTest
 from seoro.campaign.store.folder import read_rows
@@ -143,6 +146,20 @@ def _outcome(random: Random, case: dict[str, float], is_paired: bool) -> Outcome
         return compare_campaigns(before, after).outcome
 
 
+def rank(runs: int) -> None:
+    """Print what the choice among generated runs takes, of which each has 30 of 300 buckets, some of them rare."""
+    draw, weights = Random(1), [1 / number for number in range(1, 301)]
+    ranking = Ranking()
+    for number in range(1, runs + 1):
+        buckets = {str(bucket): 1 for bucket in draw.choices(range(300), weights, k=30)}
+        item = {"item": "a", "kind": "cover", "buckets": buckets, "total": 300}
+        ranking.add(Row(number, "", number, 1, 1, End.PASSED, coverage=(item,)))
+    begun = time.process_time()
+    chosen = ranking.chosen()
+    taken = time.process_time() - begun
+    print(f"{len(chosen)} of {runs:,} runs keep all {ranking.buckets} buckets: {taken:.3f} s")
+
+
 def report(runs: int) -> None:
     """Print what the results of a campaign with generated rows take; the memory is that of the process.
 
@@ -221,6 +238,7 @@ _OF_RUNS: Final[Mapping[str, Callable[[int], None]]] = {
     "report": report,
     "rate": rate,
     "overhead": overhead,
+    "rank": rank,
 }
 _OF_REPETITIONS: Final[Mapping[str, Callable[[int], None]]] = {
     "search": search,

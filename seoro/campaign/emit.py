@@ -7,8 +7,9 @@ with the scenario. Imports from elsewhere are named relative to that folder.
 
 from __future__ import annotations
 
+import glob
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -99,6 +100,20 @@ class Emitter:
         path.write_text(_edited(file.text, edits), encoding="utf-8", newline="")
         return Emitted(path, tuple(_lines(file.line_count, removed, self._line, len(comments))))
 
+    def remove_others(self, stem: str, names: Collection[str]) -> None:
+        """Remove files that a campaign wrote to the folder before.
+
+        Args:
+            stem: Beginning of their names.
+            names: Names of files to keep.
+
+        Raises:
+            OSError: A file cannot be removed.
+        """
+        for path in self._folder.glob(f"{glob.escape(stem)}_*.osc"):
+            if path.name not in names and MARK.encode() in read_input(path, Kind.SCENARIO):
+                path.unlink()
+
     def _directives(self, values: Mapping[str, str], seed: int) -> Iterator[str]:
         simulator = self._options.simulator
         if simulator is not None and simulator.name != ROS_SIMULATOR:
@@ -106,7 +121,9 @@ class Emitter:
             yield from [] if simulator.world is None else [f"world {self._world(simulator.world)}"]
         yield f"seed {seed}"
         for parameter, text in {**self._shared, **values}.items():
-            yield f"set {parameter}={' '.join(line.strip() for line in text.splitlines())}"
+            yield f"set {parameter}={_in_one_line(text)}"
+        for constraint in self._options.constraints:
+            yield f"constrain {_in_one_line(constraint)}"
 
     def _world(self, text: str) -> str:
         world = WorldName.parse(text)
@@ -165,6 +182,10 @@ class Emitter:
                 uri = os.path.relpath(imported, place)
                 span = statement.span
                 yield span.start, span.end, span.text.replace(statement.uri, uri)
+
+
+def _in_one_line(text: str) -> str:
+    return " ".join(line.strip() for line in text.splitlines())
 
 
 def check_replaceable(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Subcommands of `seoro campaign` for single runs of a campaign."""
+"""Subcommands of `seoro campaign` that begin at runs of a campaign."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Final
 from seoro.campaign.store.folder import NEIGHBOURS, SHRINK
 from seoro.cli.arguments import Commands
 from seoro.cli.campaign_neighbours import add_neighbours, neighbours
+from seoro.cli.campaign_rank import RANK, add_rank, rank
 from seoro.cli.campaign_replay import add_replay, replay
 from seoro.cli.campaign_shrink import add_shrink, shrink
 
@@ -16,11 +17,12 @@ AFTER: Final[Mapping[str, Callable[[argparse.Namespace], int]]] = {
     "replay": replay,
     SHRINK: shrink,
     NEIGHBOURS: neighbours,
+    RANK: rank,
 }
 """Functions that run the subcommands, by name."""
 
 
 def add_after(commands: Commands) -> None:
     """Declare the subcommands."""
-    for add in (add_replay, add_shrink, add_neighbours):
+    for add in (add_replay, add_shrink, add_neighbours, add_rank):
         add(commands)

@@ -36,7 +36,9 @@ def run_local(options: argparse.Namespace) -> int:
             with _terminable():
                 scenario = _load(options)
                 found = use_file_settings(options, scenario)
-                if found.overrides and options.file != STDIN:  # a cached plan cannot have other values
+                if (
+                    found.overrides or found.constraints
+                ) and options.file != STDIN:  # a cached plan cannot have other values
                     scenario = _load(options)
                 files.check_inputs(inputs_of(options, scenario))
             # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.

@@ -121,6 +121,7 @@ def use_file_settings(options: argparse.Namespace, scenario: Runnable, *, repeat
         repeats=repeats,
     )
     options.set = [*(f"{path}={value}" for path, value in found.overrides.items()), *options.set]
+    options.constrain = [*found.constraints, *options.constrain]
     options.sim, options.world, options.seed = found.simulator, found.world, found.seed
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)

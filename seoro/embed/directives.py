@@ -70,6 +70,7 @@ class Directives(Value):
         expect: Expected status: `passed`, `failed`, `error`, or `invalid` if it cannot be run.
         reason: Expected part of the reason; may be empty.
         overrides: Values of parameters: pairs of a path and an expression.
+        constraints: Constraints on parameters, as boolean expressions.
         axes: Parameters that tests vary, in all combinations.
         files: Parameter files; one test each.
         seeds: Seeds; one test each. Runners of a single run use the first.
@@ -82,6 +83,7 @@ class Directives(Value):
     expect: str = "passed"
     reason: str = ""
     overrides: tuple[tuple[str, str], ...] = ()
+    constraints: tuple[str, ...] = ()
     axes: tuple[Axis, ...] = ()
     files: tuple[Path, ...] = ()
     seeds: tuple[int, ...] = ()
@@ -255,6 +257,12 @@ def _seed(before: Directives, text: str, span: Span) -> Directives:
     return replace(before, seeds=tuple(int(part) for part in parts))
 
 
+def _constrain(before: Directives, text: str, span: Span) -> Directives:
+    if not text:
+        raise UsageError("missing constraint", span, "for example `constrain pace in [1mps..2mps]`")
+    return replace(before, constraints=(*before.constraints, text))
+
+
 def _set(before: Directives, text: str, span: Span) -> Directives:
     path, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not value or _PATH.fullmatch(path) is None:
@@ -305,6 +313,7 @@ def _timeout(before: Directives, text: str, span: Span) -> Directives:
 
 
 _READERS: Mapping[str, Callable[[Directives, str, Span], Directives]] = {
+    "constrain": _constrain,
     "expect": _expect,
     "parametrize": _parametrize,
     "params": _params,

@@ -27,6 +27,7 @@ class FileSettings(Value):
 
     Args:
         overrides: Values of parameters by path, which no option replaces.
+        constraints: Constraints on parameters, besides those of options.
         simulator: Name of the simulator to start; None for none.
         world: Name or path of its world; None for its default.
         seed: Seed of the run; None to draw one.
@@ -36,6 +37,7 @@ class FileSettings(Value):
     """
 
     overrides: Mapping[str, str]
+    constraints: Sequence[str]
     simulator: str | None
     world: str | None
     seed: int | None
@@ -87,6 +89,7 @@ def settings_of_file(
         notes.append(f"this run uses seed {seeds[0]} of {_listed(seeds)}")
     return FileSettings(
         overrides=_overrides(directives, options, entry.name),
+        constraints=directives.constraints,
         simulator=simulator,
         world=directives.world if world is None and loads_world else world,
         seed=options.seed if options.seed is not None else next(iter(seeds), None),
@@ -167,4 +170,6 @@ def with_file_settings(scenario: Runnable, options: Options, timeout_option: str
     if found.simulator is not None or simulator is not None:
         simulator = replace(simulator or Simulator(), name=found.simulator, world=found.world)
     overrides = {**found.overrides, **options.overrides}
-    return replace(options, overrides=overrides, simulator=simulator, seed=found.seed), found
+    constraints = (*found.constraints, *options.constraints)
+    settings = replace(options, overrides=overrides, constraints=constraints, simulator=simulator, seed=found.seed)
+    return settings, found

@@ -140,7 +140,7 @@ def _variants(directives: Directives) -> Iterator[tuple[str, str | None, OptionF
         name = "-".join(parts)
         again = f"-{seen[name]}" if seen[name] else ""
         seen[name] += 1
-        options = OptionFields(overrides={**dict(directives.overrides), **dict(values)}, parameters=file)
+        options = OptionFields(overrides=dict(values), parameters=file)  # `start` adds those of `set`
         if seed is not None:
             options["seed"] = seed
         yield name + again, simulator, options

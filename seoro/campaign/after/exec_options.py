@@ -35,6 +35,8 @@ def words_of_run(campaign: CampaignFile, planned: Planned) -> list[str]:
         words += ["--params", os.fspath(options.parameters)]
     for path, value in {**options.overrides, **planned.values}.items():
         words += ["--set", f"{path}={value}"]
+    for constraint in options.constraints:
+        words += ["--constrain", constraint]
     if manifest.options.timeout is not None and not manifest.options.timeout_of_file:
         words += ["--timeout", f"{manifest.options.timeout:g}"]
     return [*words, "--seed", str(planned.seed)]
@@ -48,8 +50,6 @@ def words_beyond_directives(options: Options) -> list[str]:
     """
     words = [] if options.name is None else ["--scenario", options.name]
     words += [] if options.clock is None else ["--clock", options.clock]
-    for constraint in options.constraints:
-        words += ["--constrain", constraint]
     words += [] if options.lab is None else [*_lab_words(options)]
     if options.ros is not None:
         dialect = "" if options.ros.dialect is None else f"&dialect={options.ros.dialect}"
