@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seoro.deferred import dataclass
-from sim_nodes.geometry import Array, Pose2
+from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.cover import Cover
+from sim_nodes.navigation.grid_search import connected_cells
 from sim_nodes.navigation.maps import Grid, NavigationMap
 from sim_nodes.navigation.planner import ESCAPE_RADIUS
 from sim_nodes.outcomes import operation_failed
@@ -45,14 +47,11 @@ def check_reachable(poses: tuple[Pose2, ...], start: Pose2, known: NavigationMap
     Raises:
         RequestRefused: The message names the pose and the reason.
     """
-    from scipy.ndimage import label  # noqa: PLC0415 - slow to load, and not needed until a robot navigates
-
-    numbers: Array
-    numbers, _ = label(known.distance >= cover.room, structure=np.ones((3, 3)))
-    regions = _regions_about(_core(start, cover), numbers, known.grid)
+    free = known.distance >= cover.room
+    region = connected_cells(free, _cell_of_goal(poses[0], known, cover))
+    is_near = bool(region[_cells_about(_core(start, cover), free, known.grid)].any())
     for pose in poses:
-        regions = regions & {int(numbers[_cell_of_goal(pose, known, cover)])}
-        if not regions:
+        if not (is_near and region[_cell_of_goal(pose, known, cover)]):
             raise operation_failed(
                 f"goal ({pose.x:.2f}, {pose.y:.2f}) is unreachable on the map from ({start.x:.2f}, {start.y:.2f})"
             )
@@ -90,11 +89,8 @@ def _core(pose: Pose2, cover: Cover) -> Pose2:
     return pose.compose(Pose2(x, y, 0.0))
 
 
-def _regions_about(start: Pose2, numbers: Array, grid: Grid) -> set[int]:
-    """Return the connected regions of free floor that a robot can leave to."""
+def _cells_about(start: Pose2, free: NDArray[np.bool_], grid: Grid) -> tuple[slice, slice]:
+    """Return the cells from which the way of a robot begins: its own, or those around it if that is closed."""
     column, row = grid.cell(start.x, start.y)
-    if numbers[column, row]:
-        return {int(numbers[column, row])}
-    reach = round(ESCAPE_RADIUS / grid.resolution)
-    near = numbers[max(column - reach, 0) : column + reach + 1, max(row - reach, 0) : row + reach + 1]
-    return {int(region) for region in np.unique(near)} - {0}
+    reach = 0 if free[column, row] else round(ESCAPE_RADIUS / grid.resolution)
+    return slice(max(column - reach, 0), column + reach + 1), slice(max(row - reach, 0), row + reach + 1)

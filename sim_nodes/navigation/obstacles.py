@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Indices, Pose2
 from sim_nodes.navigation.maps import NavigationMap
+from sim_nodes.navigation.nearest import nearest_cells
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.stateful import Stateful
 
@@ -102,24 +103,22 @@ class ObstacleLayer(Stateful):
         points = self.points
         if len(points) == 0:
             return self.known.distance
-        from scipy.ndimage import distance_transform_edt  # noqa: PLC0415 - slow to load
-
         grid, combined = self.known.grid, self.known.distance.copy()
         cells = np.array(np.divmod(self._cells[self._counts >= HITS], grid.rows))
         border = math.ceil(reach / grid.resolution)
         low = np.maximum(cells.min(axis=1) - border, 0)
         high = np.minimum(cells.max(axis=1) + border + 1, combined.shape)
         near = (slice(low[0], high[0]), slice(low[1], high[1]))
-        where = tuple(cells - low[:, None])
-        size = tuple((high - low).tolist())
-        numbers, empty = np.zeros(size, dtype=np.int64), np.ones(size, dtype=np.bool_)
-        numbers[where], empty[where] = np.arange(len(points)), False
-        nearest = distance_transform_edt(empty, return_distances=False, return_indices=True)
-        x, y = points[numbers[nearest[0], nearest[1]]].transpose(2, 0, 1)
+        # Points are up to half a diagonal beside the centres of their cells.
+        cell_reach = math.ceil((reach + SAFETY) / grid.resolution + 0.71)
+        nearest = nearest_cells(cells - low[:, None], (int(high[0] - low[0]), int(high[1] - low[1])), cell_reach)
+        x, y = points[nearest].transpose(2, 0, 1)
         away_x = grid.x + (np.arange(low[0], high[0]) + 0.5)[:, None] * grid.resolution - x
         away_y = grid.y + (np.arange(low[1], high[1]) + 0.5) * grid.resolution - y
         distance = np.maximum(np.sqrt(away_x**2 + away_y**2) - SAFETY, 0.0)
-        combined[near] = np.where(distance <= reach, np.minimum(combined[near], distance), combined[near])
+        combined[near] = np.where(
+            (nearest >= 0) & (distance <= reach), np.minimum(combined[near], distance), combined[near]
+        )
         return combined
 
 

@@ -43,3 +43,15 @@ def test_a_node_has_no_threads_for_large_matrices() -> None:
     command = [sys.executable, "-c", check]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60, env=environment)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_robot_navigates_around_a_box_without_scipy() -> None:
+    check = (
+        "import sys; from tests.sim_nodes.client import Client, pose\n"
+        "client = Client('empty'); client.localise()\n"
+        "client.spawn('box', pose(0.8, 0.0)); client.navigate(pose(1.6, 0.0)); client.run_until('goal')\n"
+        "assert len(client.simulator.simulation.robot('turtlebot4').mobile.obstacles.points)\n"
+        "sys.exit(', '.join({'scipy', 'matplotlib'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=False, timeout=60)
+    assert done.stderr.strip() == ""

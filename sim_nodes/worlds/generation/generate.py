@@ -12,6 +12,7 @@ from seoro.deferred import dataclass
 from seoro.files.yaml_lines import FileError
 from sim_nodes.extents import outline
 from sim_nodes.geometry import Array, quaternion
+from sim_nodes.navigation.grid_search import connected_cells
 from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.noise import Noise
 from sim_nodes.physics import BodyModel, BodyState, Box, Cylinder, Part, Wall
@@ -91,13 +92,11 @@ def _check_passable(layout: Layout, known: NavigationMap, clearance: float) -> N
     Raises:
         NoLayout: It cannot; the message names a pose.
     """
-    from scipy.ndimage import label  # noqa: PLC0415 - slow to load
-
-    areas, _ = label(known.distance >= clearance, structure=np.ones((3, 3)))
-    first, *others = [int(areas[known.grid.cell(mark.pose.x, mark.pose.y)]) for mark in layout.marks]
-    for mark, area in zip(layout.marks[1:], others, strict=True):
-        if area != first or not first:
-            raise NoLayout(f"no way with {clearance:g} m of clearance from {layout.marks[0].name} to {mark.name}")
+    first, *others = layout.marks
+    region = connected_cells(known.distance >= clearance, known.grid.cell(first.pose.x, first.pose.y))
+    for mark in others:
+        if not region[known.grid.cell(mark.pose.x, mark.pose.y)]:
+            raise NoLayout(f"no way with {clearance:g} m of clearance from {first.name} to {mark.name}")
 
 
 def _clutter(
