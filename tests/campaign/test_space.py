@@ -6,6 +6,8 @@ import pytest
 
 from seoro.campaign.space.axes import Axis, Choices, Interval
 from seoro.campaign.space.finding import find_axes
+from seoro.campaign.space.space import Space
+from seoro.campaign.strategies.grid import Grid
 from seoro.embed import Scenario, load
 from seoro.errors import UsageError
 from seoro.lang.frontend import lower
@@ -121,7 +123,17 @@ def test_values_of_a_range_are_written_in_the_unit_of_the_parameter(tmp_path: Pa
     way, count = found["way"], found["count"]
     assert isinstance(way, Interval) and isinstance(count, Interval)
     assert [way.at(share) for share in (0.0, 0.25)] == ["1.0m", "1.25m"]
-    assert way.levels(3) == ("1.0m", "1.5m", "2.0m")
+    assert tuple(way.levels(3)) == ("1.0m", "1.5m", "2.0m")
     assert [count.at(share) for share in (0.0, 0.5, 0.999999)] == ["3", "6", "9"]
-    assert count.levels(100) == ("3", "4", "5", "6", "7", "8", "9")
-    assert count.levels(2) == ("3", "9")
+    assert tuple(count.levels(100)) == ("3", "4", "5", "6", "7", "8", "9")
+    assert tuple(count.levels(2)) == ("3", "9")
+
+
+def test_values_of_a_range_are_made_on_demand(tmp_path: Path) -> None:
+    found = axes(tmp_path)
+    way = found["way"]
+    assert isinstance(way, Interval)
+    levels = way.levels(10**12)
+    assert len(levels) == 10**12 and levels[0] == "1.0m" and levels[-1] == "2.0m"
+    batches = Grid(levels=10**12).batches(Space((way, found["count"])), 0)
+    assert batches is not None and next(batches)[0].values == {"way": "1.0m", "count": "3"}

@@ -6,7 +6,8 @@ Values are texts in the notation of the scenario, as overrides are.
 from __future__ import annotations
 
 import re
-from typing import TypeAlias
+from collections.abc import Sequence
+from typing import TypeAlias, overload
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan import Structures, ValueType
@@ -72,15 +73,40 @@ class Interval(Value):
         assert found is not None, "it begins with a number"
         return float(found[0])
 
-    def levels(self, number: int) -> tuple[str, ...]:
-        """Return equidistant values with both bounds; of whole numbers, at most all."""
-        if self.is_whole and self.high - self.low < number:
-            return tuple(self.text(self.low + step) for step in range(int(self.high - self.low) + 1))
-        if number == 1 or self.low == self.high:
-            return (self.text(self.low),)
-        width = (self.high - self.low) / (number - 1)
-        values = [self.low + width * step for step in range(number - 1)] + [self.high]
-        return tuple(dict.fromkeys(self.text(round(value) if self.is_whole else value) for value in values))
+    def levels(self, number: int) -> Sequence[str]:
+        """Return equidistant values with both bounds, made on demand; of whole numbers, at most all."""
+        return Levels(self, number)
+
+
+class Levels(Sequence[str]):
+    """Equidistant values of a range with both bounds.
+
+    Args:
+        axis: The range.
+        number: Their number; fewer if the range has fewer whole numbers, or one value.
+    """
+
+    def __init__(self, axis: Interval, number: int) -> None:
+        width = axis.high - axis.low
+        most = int(width) + 1 if axis.is_whole else number if width > 0.0 else 1
+        self._axis, self._number = axis, min(number, most)
+
+    def __len__(self) -> int:
+        return self._number
+
+    @overload
+    def __getitem__(self, place: int) -> str: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[str]: ...
+    def __getitem__(self, place: int | slice) -> str | Sequence[str]:
+        if isinstance(place, slice):
+            return [self[each] for each in range(*place.indices(self._number))]
+        place = range(self._number)[place]
+        axis = self._axis
+        if place and place == self._number - 1:
+            return axis.text(axis.high)
+        value = axis.low + (axis.high - axis.low) / max(self._number - 1, 1) * place
+        return axis.text(round(value) if axis.is_whole else value)
 
 
 Axis: TypeAlias = Choices | Interval

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import islice, product
+from itertools import islice
 from typing import ClassVar, TypeVar
 
 from seoro.campaign.runs import Point
@@ -39,8 +39,18 @@ class Grid(Value):
 
     def _combinations(self, axes: Sequence[Axis]) -> Batches:
         paths = [axis.path for axis in axes]
-        for batch in batches_of(product(*(values_of(axis, self.levels) for axis in axes))):
+        for batch in batches_of(_combinations([values_of(axis, self.levels) for axis in axes])):
             yield [Point(dict(zip(paths, texts, strict=True))) for texts in batch]
+
+
+def _combinations(values: Sequence[Sequence[str]]) -> Iterator[tuple[str, ...]]:
+    """Yield one value of each list; unlike `itertools.product`, without making all values first."""
+    if not values:
+        yield ()
+        return
+    for first in values[0]:
+        for rest in _combinations(values[1:]):
+            yield (first, *rest)
 
 
 def listed_axes(space: Space, levels: int, name: str) -> Sequence[Axis]:
