@@ -8,7 +8,6 @@ convex pieces. Notes list the changes.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -21,19 +20,17 @@ from seoro.bridges.wire.refusal import name_list
 from sim_nodes.geometry import Array, Vector, quaternion, rotated, vector
 from sim_nodes.inertia import inertia_tensor, masses_by_volume, volume
 from sim_nodes.models import xml_reading as xml
+from sim_nodes.models.canonical_joints import JOINT_ELEMENTS, ends_of, root_of, write_joint, write_pose
 from sim_nodes.models.settings import ModelSettings
 from sim_nodes.models.urdf import (
     FIELD,
-    SCALES,
     SCRIPT,
     frame_of,
-    link_of,
     read_numbers,
     read_origin,
     read_pose,
     read_shape,
     text_of,
-    write_origin,
     write_shape,
 )
 from sim_nodes.physics import BodyModel, Box, Part, Shape, Urdf
@@ -42,8 +39,6 @@ from sim_nodes.views import Colour
 if TYPE_CHECKING:
     from sim_nodes.models.mesh_files import MeshFile, MeshFiles
 
-JOINTS = ("continuous", "fixed", "floating", "planar", "prismatic", "revolute", "spherical")
-JOINT_ELEMENTS = {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}
 REPEATED = frozenset({"visual", "collision", "contact"})
 DENSITY = 1000.0  # [kg/m^3] of links without a mass
 SMALLEST = 1e-6  # smallest ratio of principal moments
@@ -53,7 +48,6 @@ CENTRE: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 POINT_RADIUS = 0.05  # [m] of the sphere that stands for a link with a mass, without shapes
 PLANE = (100.0, 100.0, 1.0)  # [m] of the box whose top stands for a plane
 MASSES = (0.0, 1e5)  # [kg]
-LIMITS = (-1e12, 1e12)  # of joints, in their units
 MAX_SHAPES = 1000
 
 
@@ -93,8 +87,8 @@ class _Writer:
             raise xml.invalid("missing or duplicate name of a <link>")
         self._ignore(robot, {"link", "joint", "material"})
         self._note_repeated(robot)
-        joints = [(joint, *_ends(joint, links), read_origin(joint)) for joint in robot.findall("joint")]
-        root = _root(links, [child for _, _, child, _ in joints])
+        joints = [(joint, *ends_of(joint, links), read_origin(joint)) for joint in robot.findall("joint")]
+        root = root_of(links, [child for _, _, child, _ in joints])
         hung = {child: (parent, frame) for _, parent, child, frame in joints}
         is_solid = robot.find("link/collision") is not None
         is_static = self._is_static = (
@@ -108,7 +102,8 @@ class _Writer:
             parts += [xml.moved(part, frame) for part in own]
             mass += weight
         for joint, parent, child, _ in joints:
-            self._joint(joint, parent, child)
+            self._ignore(joint, JOINT_ELEMENTS)
+            write_joint(self._out, joint, parent, child, self._note)
         if not self._shapes:
             raise xml.invalid("found no shapes in the model; expected one or more")
         if not parts:
@@ -217,7 +212,7 @@ class _Writer:
         for shape, mesh in self._shapes_of(element, solid=True):
             assert shape is not None, "solid meshes have hulls"
             written = SubElement(out, "collision", {"concave": "yes"} if mesh is not None and mesh.concave else {})
-            _write_pose(written, place, angles)
+            write_pose(written, place, angles)
             _write_geometry(written, shape, mesh)
             yield Part(shape, place, orientation)
 
@@ -227,7 +222,7 @@ class _Writer:
             self._note(f"without effect: the unknown material {material.get(SCRIPT)!r} of <script>")
         for shape, mesh in self._shapes_of(element, solid=False):
             written = SubElement(out, "visual")
-            _write_pose(written, *read_pose(element))
+            write_pose(written, *read_pose(element))
             _write_geometry(written, shape, mesh)
             colour = own or (None if mesh is None else mesh.colour)
             if colour is None:
@@ -291,88 +286,6 @@ class _Writer:
             self._meshes = MeshFiles(self._files, self._settings, self._note)
         return self._meshes
 
-    # ------------------------------------------------------------ joints
-
-    def _joint(self, joint: Any, parent: str, child: str) -> None:
-        self._ignore(joint, JOINT_ELEMENTS)
-        kind, name = joint.get("type"), joint.get("name")
-        limit = joint.find("limit")
-        low, high, effort, speed = (
-            0.0
-            if limit is None
-            else read_numbers(limit.get(key, "0"), f"{key} of {xml.label(joint)}", 1, LIMITS)[0]
-            for key in ("lower", "upper", "effort", "velocity")
-        )
-        if kind == "revolute" and low >= high:
-            self._note(f"{xml.label(joint)} turns freely, because its lower limit is not below its upper one")
-            kind = "continuous"
-        out = SubElement(self._out, "joint", name=name, type=kind)
-        _write_pose(out, *read_pose(joint))
-        SubElement(out, "parent", link=parent)
-        SubElement(out, "child", link=child)
-        if kind == "fixed":
-            return
-        SubElement(out, "axis", xyz=text_of(_axis(joint)))
-        if limit is not None:
-            SubElement(out, "limit", _limits(kind, low, high, effort, speed))
-        for dynamics in joint.findall("dynamics"):
-            values = {
-                key: read_numbers(dynamics.get(key, "0"), f"{key} of {xml.label(joint)}", 1, LIMITS)[0]
-                for key in ("damping", "friction")
-            }
-            SubElement(out, "dynamics", {key: repr(max(value, 0.0)) for key, value in values.items()})
-        for mimic in joint.findall("mimic"):
-            factor, offset = (
-                read_numbers(mimic.get(key, usual), f"{key} of {xml.label(joint)}", 1, LIMITS)[0]
-                for key, usual in (("multiplier", "1"), ("offset", "0"))
-            )
-            SubElement(out, "mimic", joint=mimic.get("joint", ""), multiplier=repr(factor), offset=repr(offset))
-
-
-def _limits(kind: str, low: float, high: float, effort: float, speed: float) -> dict[str, str]:
-    """Return the attributes of a <limit>; efforts and speeds of 0 are placeholders in many files."""
-    limits = {"effort": effort, "velocity": speed}
-    known = {key: repr(value) for key, value in limits.items() if value > 0.0}
-    if kind in ("revolute", "prismatic") and low < high:
-        known |= {"lower": repr(low), "upper": repr(high)}
-    return known
-
-
-def _root(links: Mapping[Any, Any], children: Sequence[str]) -> str:
-    """Return the name of the root link; every other link is the child of one joint."""
-    twice = next((child for child, count in Counter(children).items() if count > 1), None)
-    if twice is not None:
-        raise xml.invalid(f"link {twice!r} is the child of two joints")
-    roots = [str(name) for name in links if name not in children]
-    if len(roots) != 1:
-        raise xml.invalid(f"found {len(roots)} root links in the model: {name_list(roots)}; expected one")
-    return roots[0]
-
-
-def _ends(joint: Any, links: Mapping[Any, Any]) -> tuple[str, str]:
-    """Return parent and child link of a joint."""
-    if not joint.get("name"):
-        raise xml.invalid("missing name of a <joint>")
-    if joint.get("type") not in JOINTS:
-        raise xml.invalid(
-            f"{xml.label(joint)} has the unknown type {joint.get('type')!r}; expected {name_list(JOINTS)}"
-        )
-    return link_of(joint, "parent", links), link_of(joint, "child", links)
-
-
-def _axis(joint: Any) -> Array:
-    """Return the unit vector of a joint's axis, shape (3,)."""
-    element = joint.find("axis")
-    values = (
-        [1.0, 0.0, 0.0]
-        if element is None
-        else read_numbers(element.get("xyz"), f"axis of {xml.label(joint)}", 3, SCALES)
-    )
-    length = math.hypot(*values)
-    if not length:
-        raise xml.invalid(f"zero length: axis of {xml.label(joint)}")
-    return np.array(values) / length
-
 
 def _given_mass(link: Any) -> float | None:
     """Return the mass of a link in its file [kg]."""
@@ -387,14 +300,9 @@ def _is_world(root: Any) -> bool:
     return root.get("name") == "world" and root.find("collision") is None and root.find("inertial") is None
 
 
-def _write_pose(out: Element, place: Vector, angles: Vector) -> None:
-    if any((*place, *angles)):
-        write_origin(out, place, angles)
-
-
 def _write_inertial(out: Element, mass: float, pose: tuple[Vector, Vector], tensor: Array) -> None:
     inertial = SubElement(out, "inertial")
-    _write_pose(inertial, *pose)
+    write_pose(inertial, *pose)
     SubElement(inertial, "mass", value=repr(mass))
     values = zip(xml.INERTIA, tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist(), strict=True)
     SubElement(inertial, "inertia", {key: repr(value) for key, value in values})

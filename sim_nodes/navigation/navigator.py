@@ -12,12 +12,10 @@ from enum import Enum, auto
 from itertools import pairwise
 from typing import assert_never
 
-import numpy as np
-
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Pose2, wrap
 from sim_nodes.navigation.arrival import has_arrived
-from sim_nodes.navigation.contracts import ControlInput, Controller, Following, Path, PlanRequest, Setup
+from sim_nodes.navigation.contracts import ControlInput, Controller, Following, Setup
 from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.goals import Feedback, Goal, check_reachable
 from sim_nodes.navigation.maps import NavigationMap
@@ -25,6 +23,7 @@ from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.navigation.plugins import default_plugins, find_controller, find_planner, make_plugin
 from sim_nodes.navigation.ramp import Ramp
 from sim_nodes.navigation.recoveries import Recoveries
+from sim_nodes.navigation.replanning import Replanning
 from sim_nodes.navigation.retries import Retries
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import GoalResult
@@ -36,11 +35,6 @@ from sim_nodes.ticks import TICK
 
 STOPPED = (0.01, 0.02)  # [m/s], [rad/s]
 BLOCKED_TIME = 0.6  # [s] without an open arc before a recovery
-OFF_PATH = 0.4  # [m] from the path from which a robot needs another one
-REVIEW_TIME = 5.0  # [s] after which a path is planned anew if any obstacle has changed
-OBSTACLE_MARGIN = 0.3  # [m] beyond twice the clearance up to which planners know the distance of obstacles
-SLACK = 0.03  # [m] that an obstacle may be closer to the path than planned
-STRETCH = 1.0  # [m] of the path ahead that obstacles block; farther ones may be gone until the robot is there
 MIN_MADE = 0.5  # [m] of progress from which the average speed is meaningful
 SETTLE_TIME = 5.0  # [s] after which a robot that does not come to rest counts as arrived
 ALIGN_TIME = 10.0  # [s] after which a robot that does not reach its heading counts as arrived
@@ -75,7 +69,7 @@ class Navigator(Stateful):
     STATE = (
         "goal",
         "recoveries",
-        "_planner",
+        "_plans",
         "_controller",
         "_ramp",
         "_index",
@@ -86,10 +80,7 @@ class Navigator(Stateful):
         "_reported_cycle",
         "_recovery",
         "_phase",
-        "_path",
-        "_planned_for",
         "_cycles",
-        "_since_plan",
         "_blocked",
         "_progress_pose",
         "_progress_cycles",
@@ -104,7 +95,6 @@ class Navigator(Stateful):
         self._parameters = p = declaration.navigation
         self.period = max(1, round(1.0 / p.controller_frequency / TICK))
         self._interval = self.period * TICK
-        self._obstacle_reach = max(p.inflation_radius, 2.0 * declaration.clearance + OBSTACLE_MARGIN)
         self._patience = math.ceil(BLOCKED_TIME / self._interval)  # decisions without an open arc
 
         def setup(plugin: PluginDeclaration) -> Setup:
@@ -112,7 +102,8 @@ class Navigator(Stateful):
 
         self._cover = cover_of(declaration)
         planner, controller = default_plugins(declaration)
-        self._planner = make_plugin(find_planner(planner.plugin), planner.plugin, setup(planner))
+        planning = make_plugin(find_planner(planner.plugin), planner.plugin, setup(planner))
+        self._plans = Replanning(known, obstacles, declaration, self._cover, planning, self._interval)
         self._controller = make_plugin(find_controller(controller.plugin), controller.plugin, setup(controller))
         self._recoveries = Recoveries(known, declaration, self._cover)
         self._retries = Retries(2.0 * p.required_movement_radius)
@@ -146,10 +137,8 @@ class Navigator(Stateful):
 
     def _begin_leg(self, pose: Pose2) -> None:
         self._phase = Phase.FOLLOW
-        self._path: Path | None = None
-        self._planned_for: int | None = None  # changes of obstacles
+        self._plans.begin()
         self._cycles = 0  # decisions in this phase
-        self._since_plan = 0
         self._blocked = 0
         self._controller.begin()
         self._mark_progress(pose)
@@ -201,7 +190,7 @@ class Navigator(Stateful):
         assert self.goal is not None
         elapsed = self._elapsed * self._interval
         distance = self._distance_to_go(pose)
-        if self._first_distance is None and self._path is not None:
+        if self._first_distance is None and self._plans.path is not None:
             self._first_distance = distance
         made = (self._first_distance or distance) - distance
         drive = self._declaration.drive
@@ -218,9 +207,9 @@ class Navigator(Stateful):
         assert self.goal is not None
         poses = self.goal.poses[self._index :]
         later = sum(a.distance(b.x, b.y) for a, b in pairwise(poses))
-        if self._path is None:
+        if self._plans.path is None:
             return pose.distance(poses[0].x, poses[0].y) + later
-        return self._path.length(pose.x, pose.y) + later
+        return self._plans.path.length(pose.x, pose.y) + later
 
     # ------------------------------------------------------------ follow
 
@@ -236,14 +225,19 @@ class Navigator(Stateful):
         if now.touched:
             return self._start_recovery(now, "touched something", "backup")
         target = self.goal.poses[self._index]
-        self._replan(now, target)
+        # Obstacles that block the robot are on the map of obstacles when it gives up waiting.
+        at_once = self._blocked in (1, self._patience - 1)
+        is_new = self._plans.update(now, target, is_blocked=self._blocked > 0, at_once=at_once)
+        path = self._plans.path
+        if is_new and path is not None:
+            self._controller.set_plan(path)
         if not self._makes_progress(now.pose):
             return self._start_recovery(now, "made no progress")
-        if self._path is None:
+        if path is None:
             return self._hold(now, self._no_passage)
-        if self._path.headings is None and not self._can_align:
+        if path.headings is None and not self._can_align:
             return self._end(Outcome.ABORTED, self._no_headings)
-        return Following(self._controller, self._path, now, stops)
+        return Following(self._controller, path, now, stops)
 
     def drive(self, now: ControlInput, velocity: Velocity | None) -> GoalResult | None:
         """Accept the velocity of the controller, None if it is blocked; returns the result if the goal ends."""
@@ -257,52 +251,11 @@ class Navigator(Stateful):
         if not stops:
             return pose.distance(target.x, target.y) < self._parameters.passed_goal_radius
         follows = self._controller.FOLLOWS_HEADINGS
-        if self._path is None:
+        if self._plans.path is None:
             aligns = self._can_align and self._cover.is_round
         else:
-            aligns = self._can_align and not (follows and self._path.headings is not None)
-        return has_arrived(self._declaration, pose, target, self._path, aligns=aligns, follows=follows)
-
-    def _replan(self, now: ControlInput, target: Pose2) -> None:
-        """Plan again if that is needed: at once if blocked, otherwise at the rate of the planner."""
-        self._since_plan += 1
-        since = self._since_plan * self._interval
-        # Obstacles that block the robot are on the map of obstacles when it gives up waiting.
-        is_blocked = self._blocked in (1, self._patience - 1)
-        due = is_blocked or since >= 1.0 / self._parameters.expected_planner_frequency
-        if self._planned_for is not None and not (due and self._needs_plan(now, since)):
-            return
-        distance = self._obstacles.distance(self._obstacle_reach)
-        distance.setflags(write=False)
-        self._path = self._planner.plan(PlanRequest(self._map.grid, distance, now.pose, target, now.tick))
-        if self._path is not None:
-            self._controller.set_plan(self._path)
-        self._planned_for, self._since_plan = self._obstacles.changes, 0
-
-    def _needs_plan(self, now: ControlInput, since: float) -> bool:
-        """Whether the path is missing or blocked, the robot has left it, or it was planned long ago."""
-        has_changed = self._planned_for != self._obstacles.changes
-        if self._path is None:
-            return has_changed
-        index = self._path.nearest(now.pose.x, now.pose.y)
-        if np.hypot(*(self._path.points[index] - now.pose[:2])) > OFF_PATH or self._blocked:
-            return True
-        review = since >= REVIEW_TIME and self._path.headings is None  # plans over poses cost more
-        return has_changed and (review or self._is_obstructed(self._path, index))
-
-    def _is_obstructed(self, path: Path, index: int) -> bool:
-        """Whether an obstacle is too close to the stretch of the path from a point on."""
-        obstacles = self._obstacles.points
-        if len(obstacles) == 0:
-            return False
-        ahead = slice(index, int(np.searchsorted(path.gone, path.gone[index] + STRETCH)) + 1, 2)
-        if path.headings is not None:
-            gaps = self._cover.gaps_to(obstacles[:, 0], obstacles[:, 1], path.poses[ahead])
-            return float(gaps.min()) < -SLACK
-        points = path.points[ahead]
-        dx, dy = obstacles[:, :1] - points[:, 0], obstacles[:, 1:] - points[:, 1]
-        closest = math.sqrt(float((dx * dx + dy * dy).min()))  # `hypot` of all pairs takes five times as long
-        return closest < self._declaration.clearance - SLACK
+            aligns = self._can_align and not (follows and self._plans.path.headings is not None)
+        return has_arrived(self._declaration, pose, target, self._plans.path, aligns=aligns, follows=follows)
 
     def _makes_progress(self, pose: Pose2) -> bool:
         p = self._parameters

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sim_nodes.navigation.localisation import adapted_count, bins, draw, estimate, particles_needed
+from sim_nodes.navigation.particles import adapted_count, bins, draw, estimate, particles_needed
 
 
 def test_the_number_of_particles_follows_the_formula() -> None:

@@ -134,13 +134,13 @@ def test_obstacles_are_avoided_when_they_are_near(
     navigator = Navigator(known, obstacles, BASE, Noise(0, "test"))
     navigator.start(Goal("goal", (Pose2(2.0, 0.0, 0.0),), stop_at_each=False), HERE.pose)
     made = list[PlanRequest]()
-    plan = navigator._planner.plan
+    plan = navigator._plans.planner.plan
 
     def counted(request: PlanRequest) -> Path | None:
         made.append(request)
         return plan(request)
 
-    monkeypatch.setattr(navigator._planner, "plan", counted)
+    monkeypatch.setattr(navigator._plans.planner, "plan", counted)
     moved(navigator, 0.5)
     place = known.grid.cell(HERE.pose.x + ahead, 0.0)
     obstacles._cells, obstacles._counts = (
