@@ -40,6 +40,7 @@ from seoro.campaign.store.folder import read_rows
 from seoro.campaign.strategies.contract import Strategy
 from seoro.campaign.strategies.covering import covering_rows
 from seoro.campaign.strategies.latin import Latin
+from seoro.campaign.strategies.optimizers import CmaEs, Tpe
 from seoro.campaign.strategies.random import Uniform
 from seoro.campaign.strategies.search import Search
 from seoro.campaign.strategies.sobol import Sobol
@@ -88,7 +89,8 @@ def intervals(runs: int) -> None:
 
 def search(repetitions: int) -> None:
     """Print the runs until the first failure."""
-    strategies: tuple[Strategy, ...] = (Uniform(), Sobol(), Latin(MOST), Search(COLUMN))
+    learning: tuple[Strategy, ...] = (Search(COLUMN), Tpe(COLUMN), CmaEs(COLUMN))
+    strategies: tuple[Strategy, ...] = (Uniform(), Sobol(), Latin(MOST), *learning)
     print(f"{'strategy':10} {'median':>7} {'90 %':>7} {'found':>10} {'ms a run':>9}")
     for strategy in strategies:
         begun = time.process_time()

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from seoro.campaign.strategies.boundary import Boundary
     from seoro.campaign.strategies.grid import Grid
     from seoro.campaign.strategies.latin import Latin
+    from seoro.campaign.strategies.map_elites import MapElites
+    from seoro.campaign.strategies.optimizers import CmaEs, Tpe
     from seoro.campaign.strategies.pairwise import Pairwise
     from seoro.campaign.strategies.random import Uniform
     from seoro.campaign.strategies.search import Search
@@ -31,10 +33,12 @@ if TYPE_CHECKING:
 __all__ = [
     "Boundary",
     "Campaign",
+    "CmaEs",
     "Comparison",
     "End",
     "Grid",
     "Latin",
+    "MapElites",
     "Outcome",
     "Pairwise",
     "Rate",
@@ -42,6 +46,7 @@ __all__ = [
     "Row",
     "Search",
     "Sobol",
+    "Tpe",
     "Uniform",
     "Validity",
     "compare",
@@ -61,6 +66,8 @@ _MODULES = {
     "seoro.campaign.strategies.boundary": ("Boundary",),
     "seoro.campaign.strategies.grid": ("Grid",),
     "seoro.campaign.strategies.latin": ("Latin",),
+    "seoro.campaign.strategies.map_elites": ("MapElites",),
+    "seoro.campaign.strategies.optimizers": ("CmaEs", "Tpe"),
     "seoro.campaign.strategies.pairwise": ("Pairwise",),
     "seoro.campaign.strategies.random": ("Uniform",),
     "seoro.campaign.strategies.search": ("Search",),

@@ -32,6 +32,11 @@ class Choices(Value):
     numbers: tuple[float, ...] | None
     span: Span
 
+    @property
+    def is_ascending(self) -> bool:
+        """Whether its values are numbers in ascending order, so that neighbours are alike."""
+        return self.numbers is not None and list(self.numbers) == sorted(self.numbers)
+
     def at(self, share: float) -> str:
         """Return the value at a share of the list, from 0 to less than 1."""
         return self.texts[min(int(share * len(self.texts)), len(self.texts) - 1)]

@@ -12,6 +12,8 @@ from seoro.campaign.strategies.contract import Strategy
 from seoro.campaign.strategies.cover import Cover
 from seoro.campaign.strategies.grid import Grid
 from seoro.campaign.strategies.latin import Latin
+from seoro.campaign.strategies.map_elites import MapElites
+from seoro.campaign.strategies.optimizers import CmaEs, Tpe
 from seoro.campaign.strategies.pairwise import Pairwise
 from seoro.campaign.strategies.random import Uniform
 from seoro.campaign.strategies.search import Search
@@ -20,7 +22,19 @@ from seoro.errors import UsageError
 from seoro.lang.diagnostics import near
 from seoro.lang.frozen import Value
 
-_ALL: Final[tuple[type[Any], ...]] = (Grid, Uniform, Latin, Sobol, Pairwise, Boundary, Cover, Search)
+_ALL: Final[tuple[type[Any], ...]] = (
+    Grid,
+    Uniform,
+    Latin,
+    Sobol,
+    Pairwise,
+    Boundary,
+    Cover,
+    Search,
+    Tpe,
+    CmaEs,
+    MapElites,
+)
 STRATEGIES: Final[Mapping[str, type[Any]]] = {each.name: each for each in _ALL}
 """Classes of strategies; their fields are their options."""
 

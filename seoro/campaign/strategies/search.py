@@ -6,26 +6,22 @@ cross-entropy method for combinatorial and continuous optimization", 1999). The 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from random import Random
-from typing import ClassVar, Final, TypeAlias
+from typing import ClassVar, Final
 
-from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis, Choices
 from seoro.campaign.space.space import Space
 from seoro.campaign.strategies.contract import Batches, Sampling
 from seoro.campaign.strategies.distributions import Distribution, Normal, Weights
 from seoro.campaign.strategies.objective import MAXIMIZE, MINIMIZE, Objective, objective_of
+from seoro.campaign.strategies.shares import TRIES, Shares, hypercube, point_at
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
 BATCH: Final = 20  # points between two lessons
 ELITE: Final = 5  # best points that the distributions move to
 EXPLORED: Final = 0.1  # of a batch, drawn uniformly, to leave a local minimum
-TRIES: Final = 100  # draws until constraints allow the values
-
-Shares: TypeAlias = tuple[float, ...]
-"""Share of each axis, from 0 to less than 1."""
 
 
 class Search(Value):
@@ -54,9 +50,9 @@ class Search(Value):
         known: list[tuple[float, Shares]] = []
         is_known = False
         distributions = [_distribution(axis) for axis in space.axes]
-        drawn = list(_hypercube(len(space.axes), random))
+        drawn = list(hypercube(BATCH, len(space.axes), random))
         while True:
-            told = yield [Point(_texts(space.axes, shares)) for shares in drawn]
+            told = yield [point_at(space.axes, shares) for shares in drawn]
             values = [objective.value(each) for each in told]
             known += [(value, shares) for value, shares in zip(values, drawn, strict=True) if value is not None]
             is_known = is_known or objective.is_known(told)
@@ -68,16 +64,9 @@ class Search(Value):
 
 
 def _distribution(axis: Axis) -> Distribution:
-    if isinstance(axis, Choices) and (axis.numbers is None or list(axis.numbers) != sorted(axis.numbers)):
+    if isinstance(axis, Choices) and not axis.is_ascending:
         return Weights(len(axis.texts))
     return Normal()
-
-
-def _hypercube(number: int, random: Random) -> Iterator[Shares]:
-    """Yield the points of a Latin hypercube."""
-    parts = [random.sample(range(BATCH), BATCH) for _ in range(number)]
-    for point in zip(*parts, strict=True):
-        yield tuple((part + random.random()) / BATCH for part in point)
 
 
 def _draw(distributions: Sequence[Distribution], space: Space, random: Random) -> Shares:
@@ -85,10 +74,6 @@ def _draw(distributions: Sequence[Distribution], space: Space, random: Random) -
     is_explored = random.random() < EXPLORED
     for _ in range(TRIES):
         shares = tuple(random.random() if is_explored else each.draw(random) for each in distributions)
-        if space.is_feasible(_texts(space.axes, shares)):
+        if space.is_feasible(point_at(space.axes, shares).values):
             break
     return shares
-
-
-def _texts(axes: Sequence[Axis], shares: Shares) -> dict[str, str]:
-    return {axis.path: axis.at(share) for axis, share in zip(axes, shares, strict=True)}
