@@ -1,16 +1,22 @@
-"""Evaluation of a campaign with `scenarios/experiments/localisation.osc`: error against noise and lost beams.
+"""Evaluation of campaigns with `scenarios/experiments/localisation.osc`: error against noise and lost beams.
 
-    python benchmarks/localisation_experiment.py FOLDER [--simulator NAME]
+    python benchmarks/localisation_experiment.py FOLDER... [--simulator NAME]
 
-FOLDER is that of the campaign, and gets `localisation.png` (a heat map and two curves), `localisation.csv` (the
-cells of the heat map) and `localisation.txt`, which is also printed. `make experiment-localisation` does both.
+The folders are those of campaigns with the same values and other seeds. The first one gets `localisation.png` (a
+heat map and two curves), `localisation.csv` (the cells of the heat map) and `localisation.txt`, which is also
+printed. `make experiment-localisation` does all.
 
 The error of a run is the distance between where the robot believes to be and where it is, mean over the run.
-Confidence intervals are of the mean over seeds, at 95 %, by Student's t, because seeds are independent.
-Correlations are Spearman's, over all runs. The effect of lost beams is small compared with that of noise, which
-hides it from a correlation over all runs. So runs are compared in pairs with the same seed and noise. The result
-is the mean of the ratios of their errors, with its interval by Student's t of the logarithms, and Wilcoxon's
-test. All runs count, also failed ones.
+Intervals have a confidence of 95 %. Those of means are over seeds, by Student's t, because seeds are independent.
+Runs of one seed are not: they share the world and its random streams. Correlations are Spearman's, over all runs.
+
+The effect of lost beams is small compared with that of noise, which hides it from a correlation over all runs. So
+runs are compared in pairs with the same seed and noise. The ratios of their errors are averaged over the noises of
+a seed, geometrically. The result is the mean over seeds, with its interval by Student's t of the logarithms, and
+the sign test: of how many seeds the error grows. Its p-values are adjusted for the number of shares by Holm's
+method. All runs count, also failed ones.
+
+A conclusion is tested again in 20 resamples of the seeds, drawn with replacement.
 """
 
 from __future__ import annotations
@@ -27,11 +33,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from scipy.stats import spearmanr, t, wilcoxon
+from scipy.stats import spearmanr, t
+
+from seoro.campaign.results.table import TABLE
+from seoro.campaign.statistics.comparison import adjust, mcnemar
+from seoro.campaign.statistics.rates import fixed_bounds
 
 NOISE, DROP = "noise.parameter_value", "drop.parameter_value"
 ERROR, REACHED = "turtlebot4.localisation_error", "turtlebot4.goals_reached"
 LEVEL = 0.95
+RESAMPLES = 20
 INK, LINE, BAND, PALE = "#2b303b", "#2f6fb7", "#9fc1e6", "#b8bec9"
 
 
@@ -55,23 +66,36 @@ class Estimate:
     high: float
 
 
-def read(table: Path) -> Runs:
-    """The runs of a table of results.
+@dataclass(frozen=True)
+class Effect:
+    """Factor by which a share of lost beams changes the error, over seeds."""
+
+    ratio: Estimate  # geometric mean
+    growing: int  # seeds whose error grows
+    falling: int  # seeds whose error falls
+    p: float  # of the sign test
+
+
+def read(*tables: Path) -> Runs:
+    """The runs of tables of results.
 
     Raises:
-        ValueError: A run has no error, or the table is empty.
+        ValueError: A run has no error, or the tables are empty.
     """
-    with table.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    if not rows:
-        raise ValueError(f"{table} has no runs")
-    for row in rows:
-        missing = [name for name in (NOISE, DROP, ERROR, REACHED) if not row.get(name)]
-        if missing:
-            where = f"run {row.get('run')} of {table}"
-            raise ValueError(
-                f"{where} has no value of {', '.join(missing)}: {row.get('reason') or 'no reason is given'}"
-            )
+    rows: list[dict[str, str]] = []
+    for table in tables:
+        with table.open(newline="", encoding="utf-8") as file:
+            read = list(csv.DictReader(file))
+        if not read:
+            raise ValueError(f"{table} has no runs")
+        for row in read:
+            missing = [name for name in (NOISE, DROP, ERROR, REACHED) if not row.get(name)]
+            if missing:
+                where = f"run {row.get('run')} of {table}"
+                raise ValueError(
+                    f"{where} has no value of {', '.join(missing)}: {row.get('reason') or 'no reason is given'}"
+                )
+        rows += read
     noise, drop, seed, error = (
         np.array([float(row[name]) for row in rows]) for name in (NOISE, DROP, "seed", ERROR)
     )
@@ -81,38 +105,64 @@ def read(table: Path) -> Runs:
 def over_seeds(runs: Runs, chosen: np.ndarray) -> Estimate:
     """The mean error of chosen runs: of each seed, then over seeds."""
     seeds = np.unique(runs.seed[chosen])
-    means = np.array([runs.error[chosen & (runs.seed == seed)].mean() for seed in seeds])
-    mean = float(means.mean())
-    if len(means) < 2:
+    return _mean(np.array([runs.error[chosen & (runs.seed == seed)].mean() for seed in seeds]))
+
+
+def _mean(values: np.ndarray) -> Estimate:
+    """The mean of independent values with its interval."""
+    mean = float(values.mean())
+    if len(values) < 2:
         return Estimate(mean, float("nan"), float("nan"))
-    half = float(t.ppf((1.0 + LEVEL) / 2.0, len(means) - 1) * means.std(ddof=1) / np.sqrt(len(means)))
+    half = float(t.ppf((1.0 + LEVEL) / 2.0, len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values)))
     return Estimate(mean, mean - half, mean + half)
 
 
-def paired(runs: Runs, drop: float) -> tuple[Estimate, float, int]:
-    """Return the factor by which a share of lost beams changes the error.
+def log_ratios(runs: Runs, drop: float) -> np.ndarray:
+    """Logarithm of the error with a share of lost beams by that with the least share, for each seed.
 
-    Args:
-        runs: All runs.
-        drop: The share of lost beams, which is compared with the least that there is.
-
-    Returns:
-        The geometric mean of the ratios of runs with the same seed and noise, Wilcoxon's p, and how many pairs.
+    It is the mean over pairs with the same seed and noise.
     """
     errors = {(seed, noise, lost): error for seed, noise, lost, error in _by_run(runs)}
     least = float(runs.drop.min())
-    ratios = np.array(
-        [
-            np.log(error / errors[seed, noise, least])
-            for (seed, noise, lost), error in errors.items()
-            if lost == drop and (seed, noise, least) in errors
-        ]
+    by_seed: dict[float, list[float]] = {}
+    for (seed, noise, lost), error in errors.items():
+        if lost == drop and (seed, noise, least) in errors:
+            by_seed.setdefault(seed, []).append(float(np.log(error / errors[seed, noise, least])))
+    return np.array([np.mean(ratios) for ratios in by_seed.values()])
+
+
+def effect(ratios: np.ndarray) -> Effect:
+    """The effect of lost beams from the logarithms of the ratios of each seed."""
+    found = _mean(ratios)
+    growing, falling = int((ratios > 0.0).sum()), int((ratios < 0.0).sum())
+    interval = Estimate(*(float(np.exp(value)) for value in (found.mean, found.low, found.high)))
+    return Effect(interval, growing, falling, mcnemar(growing, falling))
+
+
+def survivals(runs: Runs, drop: float) -> tuple[int, int]:
+    """Return in how many resamples of the seeds conclusions hold.
+
+    Returns:
+        Number of resamples in which the error is larger with the highest noise than without. Then the number in
+        which the interval of the effect of lost beams does not contain 1.
+    """
+    random = np.random.default_rng(0)
+    seeds = np.unique(runs.seed)
+    most, least = (
+        np.array([_of(runs, seed, noise) for seed in seeds]) for noise in (runs.noise.max(), runs.noise.min())
     )
-    mean = float(ratios.mean())
-    spread = float(ratios.std(ddof=1)) if len(ratios) > 1 else float("nan")
-    half = float(t.ppf((1.0 + LEVEL) / 2.0, len(ratios) - 1)) * spread / np.sqrt(len(ratios))
-    interval = Estimate(*(float(np.exp(value)) for value in (mean, mean - half, mean + half)))
-    return interval, float(wilcoxon(ratios).pvalue) if ratios.any() else 1.0, len(ratios)
+    ratios = log_ratios(runs, drop)
+    noise_matters = beams_matter = 0
+    for _ in range(RESAMPLES):
+        drawn = random.integers(0, len(seeds), len(seeds))
+        noise_matters += _mean((most - least)[drawn]).low > 0.0
+        found = effect(ratios[drawn]).ratio
+        beams_matter += found.low > 1.0 or found.high < 1.0
+    return noise_matters, beams_matter
+
+
+def _of(runs: Runs, seed: float, noise: float) -> float:
+    return float(runs.error[(runs.seed == seed) & (runs.noise == noise)].mean())
 
 
 def _by_run(runs: Runs) -> list[list[float]]:
@@ -126,19 +176,26 @@ def summary(runs: Runs, simulator: str) -> str:
     seeds, reached = len(np.unique(runs.seed)), int(runs.reached.sum())
     text = io.StringIO()
     print(f"{len(runs.error)} runs in {simulator}, {seeds} for each pair of noise and lost beams", file=text)
-    print(f"goal reached in {reached} of {len(runs.error)}", file=text)
+    bounds = fixed_bounds(reached, len(runs.error))
+    print(f"goal reached in {reached} of {len(runs.error)} ({bounds.low:.1%} to {bounds.high:.1%})", file=text)
     for name, values in (("noise", runs.noise), ("lost beams", runs.drop)):
         found = spearmanr(values, runs.error)
         print(
             f"Spearman correlation of error and {name}: {found.statistic:+.3f} (p = {found.pvalue:.1e})", file=text
         )
-    for drop in np.unique(runs.drop)[1:]:
-        ratio, p, pairs = paired(runs, float(drop))
+    drops = [float(drop) for drop in np.unique(runs.drop)[1:]]
+    effects = [effect(log_ratios(runs, drop)) for drop in drops]
+    for drop, each, p in zip(drops, effects, adjust([each.p for each in effects]), strict=True):
         print(
-            f"error with {drop:.0%} lost beams by that without, in pairs of one seed and noise: {ratio.mean:.2f} "
-            f"({ratio.low:.2f} to {ratio.high:.2f}, Wilcoxon p = {p:.1e}, {pairs} pairs)",
+            f"error with {drop:.0%} lost beams by that without, in pairs of one seed and noise: "
+            f"{each.ratio.mean:.2f} ({each.ratio.low:.2f} to {each.ratio.high:.2f}); larger for {each.growing} "
+            f"and smaller for {each.falling} seeds, p = {p:.1e}",
             file=text,
         )
+    if drops and seeds > 1:
+        noise_matters, beams_matter = survivals(runs, drops[-1])
+        print(f"noise makes the error larger in {noise_matters} of {RESAMPLES} resamples of the seeds", file=text)
+        print(f"{drops[-1]:.0%} lost beams change the error in {beams_matter} of {RESAMPLES}", file=text)
     for name, values, unit in (("noise", runs.noise, "m"), ("lost", runs.drop, "")):
         print(f"\n{name:>6}  error, mean over all others and {LEVEL:.0%} confidence interval", file=text)
         for value in np.unique(values):
@@ -162,18 +219,18 @@ def write_cells(runs: Runs, path: Path) -> None:
 
 
 def draw(runs: Runs, simulator: str, path: Path) -> None:
-    """Draw the heat map and the curves."""
+    """Draw the heat map, the curve over noise, and the effect of lost beams."""
     figure = Figure(figsize=(13.0, 4.6), dpi=90, facecolor="white")
     heat, by_noise, by_drop = figure.subplots(1, 3, width_ratios=(1.25, 1.0, 1.0))
     _draw_heat(figure, heat, runs)
-    top = 1.3 * max(
-        _draw_curve(by_noise, runs, runs.noise, runs.drop), _draw_curve(by_drop, runs, runs.drop, runs.noise)
-    )
-    by_noise.set(xlabel="noise of ranges, standard deviation [m]", ylim=(0.0, top))
-    by_noise.set_title("by noise; grey: each share of lost beams", fontsize=11, color=INK)
-    by_drop.set(xlabel="share of beams that are lost", ylim=(0.0, top))
-    by_drop.set_title("by lost beams; grey: each noise", fontsize=11, color=INK)
-    by_noise.set_ylabel("error of the localisation [m]", color=INK)
+    _draw_noise(by_noise, runs)
+    _draw_effect(by_drop, runs)
+    for axes in (by_noise, by_drop):
+        axes.grid(color="#e6e3dc", linewidth=0.7)
+        axes.set_axisbelow(True)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+        axes.legend(frameon=False, fontsize=9, loc="upper left")
     seeds = len(np.unique(runs.seed))
     size = f"{len(runs.error)} runs in {simulator}, {seeds} {'seed' if seeds == 1 else 'seeds'}"
     title = f"Error of the localisation with a faulty lidar: {size}"
@@ -201,52 +258,56 @@ def _draw_heat(figure: Figure, axes: Axes, runs: Runs) -> None:
     figure.colorbar(image, ax=axes, label="error of the localisation [m]", pad=0.02)
 
 
-def _draw_curve(axes: Axes, runs: Runs, along: np.ndarray, other: np.ndarray) -> float:
-    """The error along one parameter, over the other and for each of its values; returns the highest point."""
-    values = np.unique(along)
-    highest = 0.0
-    for fixed in np.unique(other):
-        single = [over_seeds(runs, (along == value) & (other == fixed)).mean for value in values]
-        axes.plot(values, single, color=PALE, linewidth=0.9, zorder=1)
-        highest = max(highest, *single)
-    means = [over_seeds(runs, along == value) for value in values]
-    axes.fill_between(
-        values,
-        [each.low for each in means],
-        [each.high for each in means],
-        color=BAND,
-        alpha=0.6,
-        linewidth=0,
-        zorder=2,
-        label=f"{LEVEL:.0%} confidence interval",
-    )
-    axes.plot(values, [each.mean for each in means], "o-", color=LINE, linewidth=2.2, zorder=3, label="mean")
-    axes.grid(color="#e6e3dc", linewidth=0.7)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    axes.legend(frameon=False, fontsize=9, loc="upper left")
-    return max(highest, *(each.high for each in means if np.isfinite(each.high)), 0.0)
+def _draw_noise(axes: Axes, runs: Runs) -> None:
+    """The error along the noise, over all shares of lost beams and for each seed."""
+    values = np.unique(runs.noise)
+    for seed in np.unique(runs.seed):
+        single = [_of(runs, seed, value) for value in values]
+        axes.plot(values, single, color=PALE, linewidth=0.7, zorder=1)
+    _draw_band(axes, values, [over_seeds(runs, runs.noise == value) for value in values])
+    axes.set(xlabel="noise of ranges, standard deviation [m]", ylim=(0.0, None))
+    axes.set_ylabel("error of the localisation [m]", color=INK)
+    axes.set_title("by noise; grey: each seed", fontsize=11, color=INK)
+
+
+def _draw_effect(axes: Axes, runs: Runs) -> None:
+    """The factor of the error by lost beams, over seeds and for each seed."""
+    drops = np.unique(runs.drop)
+    ratios = np.array([log_ratios(runs, float(drop)) for drop in drops])  # by share and seed
+    for seed in range(ratios.shape[1]):
+        axes.plot(drops, np.exp(ratios[:, seed]), color=PALE, linewidth=0.7, zorder=1)
+    _draw_band(axes, drops, [effect(each).ratio for each in ratios])
+    axes.axhline(1.0, color=INK, linewidth=0.8, linestyle=":")
+    axes.set(xlabel="share of beams that are lost", ylim=(0.0, None))
+    axes.set_ylabel("error by that of equal runs without lost beams", color=INK)
+    axes.set_title("effect of lost beams; grey: each seed", fontsize=11, color=INK)
+
+
+def _draw_band(axes: Axes, values: np.ndarray, found: Sequence[Estimate]) -> None:
+    low, high = [each.low for each in found], [each.high for each in found]
+    label = f"{LEVEL:.0%} confidence interval"
+    axes.fill_between(values, low, high, color=BAND, alpha=0.6, linewidth=0, zorder=2, label=label)
+    axes.plot(values, [each.mean for each in found], "o-", color=LINE, linewidth=2.2, zorder=3, label="mean")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Analyse a campaign; returns the exit status."""
+    """Analyse campaigns; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
-    parser.add_argument("folder", type=Path, help="the folder of the campaign")
+    parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help="the folder of a campaign")
     parser.add_argument("--simulator", default="MuJoCo", metavar="NAME", help="for titles (default: %(default)s)")
     options = parser.parse_args(arguments)
     try:
-        runs = read(options.folder / "runs.csv")
+        runs = read(*(folder / TABLE for folder in options.folders))
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 2
     text = summary(runs, options.simulator)
     print(text, end="")
-    (options.folder / "localisation.txt").write_text(text, encoding="utf-8")
-    write_cells(runs, options.folder / "localisation.csv")
-    draw(runs, options.simulator, options.folder / "localisation.png")
+    (options.folders[0] / "localisation.txt").write_text(text, encoding="utf-8")
+    write_cells(runs, options.folders[0] / "localisation.csv")
+    draw(runs, options.simulator, options.folders[0] / "localisation.png")
     for kind in ("png", "csv", "txt"):
-        print(f"  {options.folder / 'localisation'}.{kind}")
+        print(f"  {options.folders[0] / 'localisation'}.{kind}")
     return 0
 
 

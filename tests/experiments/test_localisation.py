@@ -31,7 +31,7 @@ def analysis() -> ModuleType:
 def write(folder: Path, *, measured: bool = True) -> None:
     """Write errors that grow with the noise, not with the lost beams, and differ by seed."""
     names = ["noise.parameter_value", "drop.parameter_value", "turtlebot4.localisation_error"]
-    with (folder / "results.csv").open("w", newline="", encoding="utf-8") as file:
+    with (folder / "runs.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["run", "seed", "reason", *names, "turtlebot4.goals_reached"])
         number = 0
@@ -45,7 +45,7 @@ def write(folder: Path, *, measured: bool = True) -> None:
 
 def test_confidence_intervals_refer_to_the_mean_over_seeds(analysis: ModuleType, tmp_path: Path) -> None:
     write(tmp_path)
-    runs = analysis.read(tmp_path / "results.csv")
+    runs = analysis.read(tmp_path / "runs.csv")
     found = analysis.over_seeds(runs, runs.noise == 0.1)
     assert found.mean == pytest.approx(0.111)
     half = 4.3027 * 0.001 / math.sqrt(3.0)  # Student's t with 2 degrees of freedom
@@ -84,11 +84,29 @@ def test_a_run_without_a_localisation_error_is_reported(
 def test_the_effect_of_lost_beams_is_measured_by_paired_runs(analysis: ModuleType, tmp_path: Path) -> None:
     """The error is a tenth larger in every pair, which the noise hides from a correlation over all runs."""
     write(tmp_path)
-    runs = analysis.read(tmp_path / "results.csv")
+    runs = analysis.read(tmp_path / "runs.csv")
     worse = replace(runs, error=np.where(runs.drop > 0.0, 1.1, 1.0) * runs.error)
-    ratio, p, pairs = analysis.paired(worse, 0.5)
-    assert (ratio.mean, ratio.low, ratio.high) == pytest.approx((1.1, 1.1, 1.1))
-    assert (p, pairs) == (pytest.approx(2.0 / 2**9), 9)
+    found = analysis.effect(analysis.log_ratios(worse, 0.5))
+    assert (found.ratio.mean, found.ratio.low, found.ratio.high) == pytest.approx((1.1, 1.1, 1.1))
+    assert (found.growing, found.falling, found.p) == (3, 0, pytest.approx(2.0 / 2**3)), "seeds are independent"
     assert analysis.spearmanr(worse.drop, worse.error).pvalue > 0.1
-    same, p, _ = analysis.paired(runs, 0.5)
-    assert (same.mean, p) == (pytest.approx(1.0), 1.0)
+    same = analysis.effect(analysis.log_ratios(runs, 0.5))
+    assert (same.ratio.mean, same.p) == (pytest.approx(1.0), 1.0)
+
+
+def test_conclusions_are_tested_again_in_resamples_of_the_seeds(analysis: ModuleType, tmp_path: Path) -> None:
+    write(tmp_path)
+    runs = analysis.read(tmp_path / "runs.csv")
+    worse = replace(runs, error=np.where(runs.drop > 0.0, 1.1 + 0.01 * runs.seed, 1.0) * runs.error)
+    assert analysis.survivals(worse, 0.5) == (20, 20)
+    noisy = np.where(runs.drop > 0.0, [0.5, 1.0, 2.0] * 6, 1.0)
+    noise_matters, beams_matter = analysis.survivals(replace(runs, error=noisy * runs.error), 0.5)
+    assert beams_matter < 10 <= noise_matters
+
+
+def test_campaigns_with_other_seeds_are_read_together(analysis: ModuleType, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        write(tmp_path / name)
+    runs = analysis.read(tmp_path / "a" / "runs.csv", tmp_path / "b" / "runs.csv")
+    assert len(runs.error) == 36
