@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
-from typing import Any
 
 from seoro.bridges.wire import Outcome
 from seoro.bridges.wire.refusal import RequestRefused
@@ -24,47 +22,16 @@ from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, feature_unsupported, incorrect_state
 from sim_nodes.physics import Engine
+from sim_nodes.robots.base_sensors import base_sensors
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.drive import Battery, Steering, VelocityCommand, Wheels
 from sim_nodes.robots.kinematics import AT_REST, Velocity, base_motion, motor_commands, side_speeds
 from sim_nodes.robots.path_following import PathFollower
-from sim_nodes.sensors.base import AT_START, Bumper, Bumps, Imu, Odometer, Odometry
+from sim_nodes.sensors.base import AT_START, Bumps, Odometer
 from sim_nodes.sensors.lidar import BLIND, Lidar, Scan
-from sim_nodes.sensors.sensor_pipeline import Sensor, SensorPipeline
+from sim_nodes.sensors.sensor_pipeline import SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.terrain.surface import Surface
-
-
-def base_sensors(
-    robot: str, declaration: MobileDeclaration, engine: Engine, wheels: Wheels, seed: int
-) -> dict[str, SensorPipeline[Any]]:
-    """Return the pipelines of a base's sensors by name.
-
-    Args:
-        robot: Name of the robot.
-        declaration: Declaration of the base.
-        engine: Engine that simulates it.
-        wheels: Its wheels.
-        seed: Seed of the simulation.
-    """
-
-    def noise(*purpose: str) -> Noise:
-        return Noise(seed, "/".join((robot, *purpose)))
-
-    state = partial(engine.body_state, robot)
-    odometry = Odometry(declaration.drive, declaration.odometry, noise("odometry"), wheels.encoders)
-    sensors: dict[str, Sensor[Any]] = {}
-    if declaration.lidar is not None:
-        sensors["lidar"] = Lidar(declaration.lidar, noise("lidar"), robot, engine)
-    sensors["odometry"] = odometry
-    if declaration.imu is not None:
-        sensors["imu"] = Imu(declaration.imu, noise("imu"), noise("imu/bias"), state)
-    if declaration.bumper is not None:
-        sensors["bumper"] = Bumper(declaration.bumper, state)
-    return {
-        name: SensorPipeline(sensor, partial(noise, name), always=sensor is odometry)
-        for name, sensor in sensors.items()
-    }
 
 
 class MobileBase(Stateful):
