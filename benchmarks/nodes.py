@@ -5,6 +5,7 @@
 For each engine:
 
 - start: processor time of a node process with the maze until it accepts requests, and its resident memory then;
+- navigating: resident memory of a node whose robot has driven in the maze for 5 s;
 - loads: resident memory of one node after a tenth of many loads of two worlds, and after all of them;
 - at rest: simulated seconds per second of processor time with 16 and with 64 robots that stand;
 - people: processor time of a tick of 20 ms with 20 people of the social force model who walk around a robot.
@@ -24,14 +25,17 @@ import sys
 import tempfile
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 
 from seoro.bridges import wire
 from seoro.bridges.session import open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
+from seoro.bridges.wire import Pose3D, Position3D
 
 ROOT = Path(__file__).parents[1]
+ROBOT = "turtlebot4"
 WORLDS = ("rooms", "maze")
 CROWDS = (16, 64)  # numbers of robots
 SPACING = 2.0  # [m] between robots
@@ -85,6 +89,26 @@ async def measure_start(root: Path, engine: str) -> tuple[float, float]:
     """Return the processor time [s] and the memory [MiB] of a node that has started."""
     async with opened(root, engine) as (node, _):
         return node.processor_time(), node.memory()
+
+
+async def measure_navigating(root: Path, engine: str) -> float:
+    """Return the memory of a node whose robot navigates [MiB]."""
+    async with opened(root, engine) as (node, address):
+        start, goal = Pose3D(Position3D(0.0, 0.0)), Pose3D(Position3D(3.0, -3.0))
+        await ask(address, wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=ROBOT, pose=start))
+        box = resources.files("seoro").joinpath("models/example_simulation/models/box.sdf").read_text()
+        await ask(
+            address,
+            wire.SPAWN_ENTITY,
+            wire.SpawnEntity(
+                name="box", uri="box.sdf", resource_string=box, initial_pose=Pose3D(Position3D(1.0, -1.0, 0.15))
+            ),
+        )
+        drive = wire.NavigateThroughPoses(id="goal", robot=ROBOT, poses=(goal,), stop_at_each=False)
+        await ask(address, wire.NAVIGATE_THROUGH_POSES, drive)
+        for second in range(1, SIMULATED + 1):
+            await ask(address, wire.ADVANCE, wire.Advance(until=float(second)))
+        return node.memory()
 
 
 async def measure_loads(root: Path, engine: str, count: int) -> tuple[float, float]:
@@ -165,12 +189,14 @@ async def measured(roots: list[Path], engine: str, rounds: int, loads: int) -> l
     rows = []
     for index, root in enumerate(roots):
         time, memory = (min(values) for values in zip(*(each[index] for each in starts), strict=True))
+        driving = await measure_navigating(root, engine)
         early, late = await measure_loads(root, engine, loads)
         rests = [await measure_rest(root, engine, robots) for robots in CROWDS]
         people = 1000.0 * await measure_world(root, engine, hall()) * TICK / SIMULATED
         shown = ", ".join(f"{robots} robots {rest:.1f}" for robots, rest in zip(CROWDS, rests, strict=True))
         rows.append(
-            f"start {time:.2f} s, {memory:.0f} MiB; {loads} loads {early:.0f} -> {late:.0f} MiB; at rest {shown}; "
+            f"start {time:.2f} s, {memory:.0f} MiB; navigating {driving:.0f} MiB; "
+            f"{loads} loads {early:.0f} -> {late:.0f} MiB; at rest {shown}; "
             f"{PEOPLE} people {people:.2f} ms"
         )
     return rows
