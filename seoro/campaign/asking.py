@@ -58,6 +58,7 @@ class CampaignFields(OptionFields, total=False):
     jobs: int | None
     on: Sequence[str]
     executor: str | None
+    dask: str | None
 
 
 class Request(Value):
@@ -107,7 +108,7 @@ def request_from(scenario: AnyPath | Scenario, fields: CampaignFields) -> Reques
             )
     options, found = with_file_settings(loaded, options_from(cast(OptionFields, shared)), "timeout=SECONDS")
     folder, overwrite = own.pop("folder", FOLDER), own.pop("overwrite", False)
-    places = Places(**{name: own.pop(name) for name in ("jobs", "on", "executor") if name in own})
+    places = Places(**{name: own.pop(name) for name in ("jobs", "on", "executor", "dask") if name in own})
     varied = own.pop("vary", ())
     options = replace(options, constraints=(*options.constraints, *varied))
     seed = options.seed if options.seed is not None else secrets.randbits(SEED_BITS)
@@ -140,7 +141,7 @@ def _one_of(choices: Sequence[str]) -> Callable[[str, object], object]:
     return check
 
 
-_OPTIONAL: Final = frozenset({"runs", "budget", "jobs", "film", "isolation", "executor"})
+_OPTIONAL: Final = frozenset({"runs", "budget", "jobs", "film", "isolation", "executor", "dask"})
 _CONVERSIONS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "strategy": _to_strategy,
     "vary": to_texts,
@@ -157,4 +158,5 @@ _CONVERSIONS: Final[Mapping[str, Callable[[str, object], Any]]] = {
     "jobs": _to_count,
     "on": to_texts,
     "executor": to_text,
+    "dask": to_text,
 }

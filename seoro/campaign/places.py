@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import replace
+from importlib.util import find_spec
 from typing import Final
 
 from seoro.campaign.engine import Engine
@@ -24,14 +25,16 @@ class Places(Value):
 
     Args:
         jobs: Number of simultaneous runs on this machine; None for one per processor.
-        on: Names of executors, and `local` for this machine; empty for this machine only.
+        on: Names of executors, and `local` for this machine. Without them and `dask`, it is this machine.
         executor: Endpoint of the executors; None for the default of `seoro.Client`.
+        dask: Address of a Dask scheduler, or `local:N`; None without one.
         most: Maximum number of simultaneous chunks; None for all slots.
     """
 
     jobs: int | None = None
     on: tuple[str, ...] = ()
     executor: str | None = None
+    dask: str | None = None
     most: int | None = None
 
     @property
@@ -42,7 +45,7 @@ class Places(Value):
     @property
     def is_here(self) -> bool:
         """Whether runs are carried out on this machine."""
-        return not self.on or HERE in self.on
+        return HERE in self.on or (not self.on and self.dask is None)
 
 
 def checked_places(places: Places, options: Options) -> Places:
@@ -59,6 +62,8 @@ def checked_places(places: Places, options: Options) -> Places:
         raise UsageError("an endpoint of executors is given, but no executor", help="add `--on NAME`")
     if places.jobs is not None and not places.is_here:
         raise UsageError("`--jobs` is for runs on this machine", help=f"add `--on {HERE}`, or leave it out")
+    if places.dask is not None and find_spec("distributed") is None:
+        raise UsageError("`--dask` needs Dask", help="pip install 'seoro[dask]'")
     jobs = simultaneous_runs(options, places.jobs) if places.is_here else 0
     return replace(places, jobs=jobs, most=None if shared_place(options) is None else 1)
 
@@ -90,4 +95,8 @@ async def open_engines(
             client = await stack.enter_async_context(Client(places.executor, patience=PATIENCE))
             for name in places.executors:
                 engines.append(await stack.enter_async_context(open_executor(client, name, folder, note)))
+        if places.dask is not None:
+            from seoro.campaign.dask.engine import open_dask  # noqa: PLC0415 - an extra
+
+            engines.append(await stack.enter_async_context(open_dask(places.dask, folder, note)))
         yield Engines(engines, places.most)

@@ -28,7 +28,7 @@ async def start(scenario: AnyPath | Scenario, **arguments: Unpack[CampaignFields
         arguments: Those of a campaign, and the options of `seoro.start` that all runs share, such as `seed` and
             `simulator`. The former are options of `seoro campaign run`: `strategy` (default: `Grid()`), `vary`,
             `runs`, `repeat`, `until`, `budget` [s], `overwrite`, `keep`, `film`, `parquet`, `isolation`, `jobs`,
-            `on`, `executor`. `folder` is the folder of the campaign (default: `campaign`).
+            `on`, `executor`, `dask`. `folder` is the folder of the campaign (default: `campaign`).
 
     Raises:
         InvalidScenario, UsageError: The scenario or an argument is invalid, or the folder is taken; nothing was
@@ -62,19 +62,22 @@ async def resume(
     jobs: int | None = None,
     on: Sequence[str] = (),
     executor: str | None = None,
+    dask: str | None = None,
 ) -> AsyncIterator[Campaign]:
     """Continue a campaign that was stopped, or extend it. When the block ends, its runs are stopped.
 
     Args:
         folder: Its folder.
         runs: New number of runs; None to keep it.
-        jobs, on, executor: Places of the runs, as for `start`.
+        jobs, on, executor, dask: Places of the runs, as for `start`.
 
     Raises:
         UsageError: The folder is not that of a campaign, or its scenario has changed.
         BackendError: No process can be started, or an executor does not answer.
     """
-    places = Places(jobs, to_texts("on", on), optional(to_text, "executor", executor))
+    places = Places(
+        jobs, to_texts("on", on), optional(to_text, "executor", executor), optional(to_text, "dask", dask)
+    )
     campaign, places = reopened(to_path("folder", folder), runs, places)
     async with campaign.running(places):
         yield campaign

@@ -20,13 +20,18 @@ def add_places(parser: argparse.ArgumentParser) -> None:
         repeatable=True,
     )
     add_executor_argument(group)
+    add_option(
+        group,
+        "--dask ADDRESS",
+        "use a Dask cluster: the address of its scheduler, or local:N for N processes (needs seoro[dask])",
+    )
 
 
 def places_of(options: argparse.Namespace) -> Places:
     """Return the places that the options choose."""
-    return Places(options.jobs, tuple(options.on), options.executor)
+    return Places(options.jobs, tuple(options.on), options.executor, options.dask)
 
 
 def place_texts(options: argparse.Namespace) -> list[str]:
     """Return the options that choose other places than the default, as arguments of the command line."""
-    return option_texts(options, ["on", "executor"])
+    return option_texts(options, ["on", "executor", "dask"])

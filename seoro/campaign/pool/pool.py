@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.bundle.unpack import limit_of
-from seoro.campaign.engine import WorkerDied
+from seoro.campaign.engine import NotBegun, WorkerDied
 from seoro.campaign.pool.simulators import Node, simulator_node
 from seoro.campaign.pool.worker import FATAL, LOST, STOP, Start
 from seoro.campaign.runs import End, Planned, Row
@@ -96,6 +96,7 @@ class _Slot:
         self._stack = AsyncExitStack()  # of the simulator
         self._node: Node | None = None
         self._count = 0  # of workers
+        self._is_stopped = False
         self._limit = limit_of(campaign.manifest.options).seconds + MARGIN
 
     async def run(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
@@ -113,6 +114,8 @@ class _Slot:
         """Carry out runs in one worker, or in another one with a new simulator after each error."""
         waiting = list(runs)
         while waiting:
+            if self._is_stopped:
+                raise NotBegun("the campaign is stopped")
             worker = self._worker = self._worker or await self._start_worker()
             for each in waiting[:AHEAD]:
                 self._send(worker, each.to_line().encode())
@@ -169,6 +172,8 @@ class _Slot:
         if self._node is not None:
             start = Start(name=start.name, endpoint=self._node.endpoint, simulator=self._node.process)
         self._send(worker, start.model_dump_json().encode() + b"\n")
+        if self._is_stopped:  # meanwhile
+            self._send(worker, STOP)
         return worker
 
     async def _fork(self) -> Forked:
@@ -179,7 +184,8 @@ class _Slot:
         return await forks.fork()
 
     def stop(self) -> None:
-        """Stop the present run."""
+        """Stop the present run, and begin no others."""
+        self._is_stopped = True
         if self._worker is not None:
             self._send(self._worker, STOP)
 
@@ -193,6 +199,7 @@ class _Slot:
         if worker is not None:
             os.close(worker.control)
             await worker.wait()
+            await worker.drain()
             await self._python.aclose()
 
     async def _end_simulator(self) -> None:
@@ -215,6 +222,7 @@ class _Slot:
         worker.kill()
         os.close(worker.control)
         status = await worker.ended
+        await worker.drain()
         await self._python.aclose()
         return status
 

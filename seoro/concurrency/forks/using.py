@@ -16,6 +16,8 @@ from typing import Final, NamedTuple
 from seoro.concurrency.forks.reports import REPORT, ProcessReport
 
 END_TIMEOUT: Final = 10.0  # [s] time limit of a process to end
+DRAIN_TIMEOUT: Final = 1.0  # [s] time limit of the output of an ended process to end
+_BLOCK: Final = 1 << 16  # [bytes]
 
 
 class NoProcess(Exception):
@@ -45,6 +47,13 @@ class Forked(NamedTuple):
         except TimeoutError:
             self.kill()
             return await self.ended
+
+    async def drain(self) -> None:
+        """Wait until its output ends, which closes the connection; its children may keep it open for a time."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(DRAIN_TIMEOUT):
+                while await self.reader.read(_BLOCK):
+                    pass
 
     def kill(self) -> None:
         """Kill the process with its group."""
