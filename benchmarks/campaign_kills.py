@@ -36,7 +36,8 @@ scenario drives:
     do turtlebot4.drive(linear: pace, duration: 0.3s)
 """
 SEORO: Final = (sys.executable, "-m", "seoro.cli.main", "campaign")
-LONGEST: Final = 3.0  # [s] between kills
+ROWS: Final = (0, 0, 1, 5, 20)  # new ones before a kill
+LONGEST: Final = 0.5  # [s] after them
 ROLES: Final = ("coordinator", "fork server", "worker", "simulator")
 
 
@@ -77,6 +78,9 @@ def _disturb(folder: Path, kills: int, runs: int, draw: random.Random) -> tuple[
     while killed.total() < kills:
         process = _run(folder, *command, "--runs", str(runs), *(("-o", "out") if command[0] == "run" else ()))
         while process.poll() is None and killed.total() < kills:
+            wanted = _rows(folder) + draw.choice(ROWS)
+            while process.poll() is None and _rows(folder) < wanted:
+                time.sleep(0.02)
             time.sleep(draw.uniform(0.0, LONGEST))
             role = draw.choice(ROLES)
             victims = sorted(_processes(process.pid, role))
@@ -95,6 +99,10 @@ def _disturb(folder: Path, kills: int, runs: int, draw: random.Random) -> tuple[
 
 def _run(folder: Path, *arguments: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen([*SEORO, *arguments], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def _rows(folder: Path) -> int:
+    return sum(path.read_bytes().count(b"\n") for path in (folder / "out" / "runs").glob("*.jsonl"))
 
 
 def _processes(coordinator: int, role: str) -> Iterator[int]:

@@ -24,6 +24,7 @@ from seoro.errors import BackendError, UsageError
 
 TEMPLATE: Final = "seoro.campaign.pool.template"
 AHEAD: Final = 8  # runs that a worker has in its pipe, which must not fill
+MOST_FAILED: Final = 3  # starts of a simulator, one after another
 MARGIN: Final = 30.0  # [s] beyond the limit of wall time, for a run that does not end by itself
 
 
@@ -97,6 +98,7 @@ class _Slot:
         self._node: Node | None = None
         self._count = 0  # of workers
         self._is_stopped = False
+        self._failed_starts = 0  # of the simulator, since it started last
         self._limit = limit_of(campaign.manifest.options).seconds + MARGIN
 
     async def run(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
@@ -162,7 +164,7 @@ class _Slot:
         is_own = simulator is not None and simulator.name is not None and simulator.name != ROS_SIMULATOR
         if is_own and self._node is None and self._campaign.isolation != "process":
             assert simulator is not None and simulator.name is not None, "checked before"
-            self._node = await self._stack.enter_async_context(simulator_node(simulator.name))
+            self._node = await self._start_simulator(simulator.name)
         try:
             worker = await self._fork()
         except NoProcess as error:
@@ -175,6 +177,23 @@ class _Slot:
         if self._is_stopped:  # meanwhile
             self._send(worker, STOP)
         return worker
+
+    async def _start_simulator(self, name: str) -> Node:
+        """Start a simulator.
+
+        Raises:
+            NotBegun: It did not start this time, but did before.
+            BackendError: It did not start for the first time, or several times.
+        """
+        try:
+            node = await self._stack.enter_async_context(simulator_node(name))
+        except BackendError as error:
+            self._failed_starts += 1
+            if not self._count or self._failed_starts == MOST_FAILED:
+                raise
+            raise NotBegun(str(error)) from error
+        self._failed_starts = 0
+        return node
 
     async def _fork(self) -> Forked:
         """Fork a worker; from a new Python for `process`."""
