@@ -120,7 +120,9 @@ def _verify(file: Path, emitted: Emitted, start: Start, failure: SameFailure) ->
     try:
         result = json.loads(ended.stdout)
     except json.JSONDecodeError:
-        print(f"  it does not run: {ended.stderr.strip() or f'exit status {ended.returncode}'}")
+        result = {"reason": ended.stderr.strip() or f"exit status {ended.returncode}"}
+    if "source" not in result:
+        print(f"  it could not be run: {result['reason']}")
         return False
     is_failure = result["status"] == RunStatus.FAILED.value
     where = _place_in(emitted, start.found.campaign.manifest.shown, failure.where)
