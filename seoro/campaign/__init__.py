@@ -14,6 +14,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from seoro.campaign.after.findings import Shrunk
+    from seoro.campaign.after.shrink import shrink
     from seoro.campaign.comparison.comparing import Comparison, Outcome, compare
     from seoro.campaign.results.results import Results, read
     from seoro.campaign.runs import End, Row
@@ -45,6 +47,7 @@ __all__ = [
     "Results",
     "Row",
     "Search",
+    "Shrunk",
     "Sobol",
     "Tpe",
     "Uniform",
@@ -53,10 +56,13 @@ __all__ = [
     "read",
     "resume",
     "run",
+    "shrink",
     "start",
 ]
 
 _MODULES = {
+    "seoro.campaign.after.findings": ("Shrunk",),
+    "seoro.campaign.after.shrink": ("shrink",),
     "seoro.campaign.comparison.comparing": ("Comparison", "Outcome", "compare"),
     "seoro.campaign.results.results": ("Results", "read"),
     "seoro.campaign.runs": ("End", "Row"),

@@ -11,8 +11,7 @@ from seoro.campaign.after.same_failure import SameFailure
 from seoro.campaign.places import Places, checked_places
 from seoro.campaign.runs import End, Row
 from seoro.campaign.session import Campaign
-from seoro.campaign.store.folder import CampaignFolder
-from seoro.campaign.strategies.contract import Strategy, Told
+from seoro.campaign.strategies.contract import Told
 from seoro.cli.arguments import Commands, add_command, add_option
 from seoro.cli.campaign_interruption import Interruption
 from seoro.cli.campaign_places import add_places
@@ -42,38 +41,22 @@ def add_around(commands: Commands, name: str, what: str, runs: int) -> argparse.
     return parser
 
 
-def repeats_of(options: argparse.Namespace, start: Start) -> int:
-    """Return the number of runs of the same values: one where runs repeat to the bit."""
-    if options.repeat is not None:
-        return int(options.repeat)
-    settings = start.options
-    is_virtual = settings.clock in ("virtual", "sim") or (
-        settings.clock is None and settings.simulator is not None
-    )
-    return 1 if is_virtual and settings.ros is None and settings.lab is None else ON_ROBOTS
-
-
-async def carry_out(
-    folder: CampaignFolder, start: Start, strategy: Strategy, places: Places, show: Callable[[Row], object]
-) -> bool:
+async def carry_out(campaign: Campaign, start: Start, places: Places, show: Callable[[Row], object]) -> bool:
     """Carry out a campaign around a run; returns whether a signal has interrupted it.
 
     Args:
-        folder: Its folder, which is closed.
+        campaign: The campaign.
         start: The run.
-        strategy: Chooses the values.
         places: Places of its runs.
         show: Called with the row of each run that ends.
 
     Raises:
         UsageError, BackendError: As `Campaign.running`.
     """
-    campaign = Campaign(folder, start.space, strategy=strategy)
     interrupted = Interruption(campaign)
     async with campaign.running(checked_places(places, start.options), show), background() as group:
         group.start_soon(interrupted.listen, group.cancel_scope)
         await campaign.wait()
-    campaign.write()
     return interrupted.has_come
 
 

@@ -8,20 +8,20 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Final
 
 import anyio
 
-from seoro.campaign.after.around import Start, open_around, start_at
+from seoro.campaign.after.around import Start, start_at
 from seoro.campaign.after.exec_options import words_beyond_directives
 from seoro.campaign.after.finding import find_failed
+from seoro.campaign.after.findings import Shrunk
 from seoro.campaign.after.same_failure import SameFailure
-from seoro.campaign.after.shrinking import Outcome, Shrinking
-from seoro.campaign.emit import Emitted, Emitter, check_replaceable
-from seoro.campaign.store.folder import NEIGHBOURS, SHRINK, StrategyText
+from seoro.campaign.after.shrink import RUNS, Shrink
+from seoro.campaign.emit import Emitted, check_replaceable
+from seoro.campaign.store.folder import NEIGHBOURS, SHRINK
 from seoro.campaign.work.measurements import reason_key
 from seoro.cli.arguments import Commands, add_option
-from seoro.cli.campaign_around import add_around, announce, carry_out, flaky_text, printer, repeats_of
+from seoro.cli.campaign_around import add_around, announce, carry_out, flaky_text, printer
 from seoro.cli.campaign_places import places_of
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import write_errors
@@ -29,8 +29,6 @@ from seoro.cli.tables import table
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
 from seoro.runtime.verdict import RunStatus
-
-RUNS: Final = 200
 
 
 def add_shrink(commands: Commands) -> None:
@@ -49,29 +47,25 @@ async def _shrink(options: argparse.Namespace) -> int:
     row = start.found.row
     file = options.file or Path(f"{Path(start.found.campaign.manifest.entry).stem}_{row.run}.osc")
     _check_file(file, start)
-    failure = start.failure(any_failure=options.any_failure)
-    strategy = Shrinking(row.run, start.values, failure)
-    text = StrategyText(name=SHRINK, options={"any_failure": options.any_failure})
-    repeat = repeats_of(options, start)
     with write_errors(start.found.folder):
-        folder = open_around(start, SHRINK, text, options.runs, repeat)
+        work = Shrink(start, any_failure=options.any_failure, runs=options.runs, repeat=options.repeat)
     announce(start)
+    is_interrupted = await carry_out(work.campaign, start, places_of(options), printer(work.failure))
+    with write_errors(start.found.folder):
+        shrunk = work.conclude()
     is_same = False
-    is_interrupted = await carry_out(folder, start, strategy, places_of(options), printer(failure))
-    if strategy.outcome in (Outcome.FAILING, Outcome.MINIMAL):
-        _print_values(strategy, start)
-        if strategy.outcome is Outcome.FAILING:
-            print("  stopped early: there may be simpler values")
+    if shrunk.has_failed:
+        _print_values(shrunk, start)
         with write_errors(file):
-            emitted = _write(file, strategy, start)
-        is_same = not is_interrupted and _verify(file, emitted, start, failure)
-        around = ["seoro", "campaign", NEIGHBOURS, str(folder.folder), str(strategy.best)]
+            emitted = work.write(file)
+        is_same = not is_interrupted and _verify(file, emitted, start, work.failure)
+        around = ["seoro", "campaign", NEIGHBOURS, str(work.campaign.folder), str(shrunk.best)]
         print(f"  {shlex.join(around)} shows how far away it passes")
     if is_interrupted:
-        print(f"  continue with the same command; its runs are in {folder.folder}")
+        print(f"  continue with the same command; its runs are in {work.campaign.folder}")
         return Exit.INTERRUPTED
-    if strategy.outcome is Outcome.GONE:
-        print(flaky_text(strategy.repeated, failure, row))
+    if shrunk.outcome == "gone":
+        print(flaky_text(work.strategy.repeated, work.failure, row))
         return Exit.FAILED
     return Exit.PASSED if is_same else Exit.ERROR
 
@@ -89,26 +83,16 @@ def _check_file(file: Path, start: Start) -> None:
     check_replaceable(file)
 
 
-def _print_values(strategy: Shrinking, start: Start) -> None:
-    before = start.values
-    lines = [["parameter", f"run {start.found.row.run}", "shrunk", "matters"]]
-    for path, text in strategy.values.items():
-        lines.append([path, before[path], text, "no" if text == strategy.simplest[path] else "yes"])
+def _print_values(shrunk: Shrunk, start: Start) -> None:
+    lines = [["parameter", f"run {shrunk.run}", "shrunk", "matters"]]
+    for path, text in shrunk.values.items():
+        lines.append([path, shrunk.before[path], text, "yes" if shrunk.matters(path) else "no"])
     print(f"\n{table(lines, '  ')}\n")
-    unknown = [axis.path for axis in start.space.axes if axis.path not in before]
+    unknown = [axis.path for axis in start.space.axes if axis.path not in shrunk.before]
     if unknown:
-        print(f"  each run draws {', '.join(unknown)}: the trace of run {start.found.row.run} was not kept")
-
-
-def _write(file: Path, strategy: Shrinking, start: Start) -> Emitted:
-    """Write the scenario file."""
-    row = start.found.row
-    note = [
-        f"Run {row.run} of the campaign in {start.found.folder} with simpler values, with which it fails:",
-        " ".join(row.reason.split()),
-    ]
-    emitter = Emitter(start.scenario, start.options, file.parent)
-    return emitter.write(file.name, strategy.values, row.seed, note)
+        print(f"  each run draws {', '.join(unknown)}: the trace of run {shrunk.run} was not kept")
+    if shrunk.outcome == "failing":
+        print("  stopped early: there may be simpler values")
 
 
 def _verify(file: Path, emitted: Emitted, start: Start, failure: SameFailure) -> bool:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from seoro.campaign.after.neighbourhood import Neighbourhood
+from seoro.campaign.report.page import write_report
 from seoro.campaign.runs import End, Row
 from seoro.campaign.space.axes import Choices
 from seoro.campaign.space.space import Space
@@ -91,5 +92,10 @@ scenario main:
     lines = [line.split("  ") for line in capsys.readouterr().out.splitlines()[-2:]]
     cells = [[cell.strip() for cell in line if cell.strip()] for line in lines]
     assert cells == [["load", "5", "passes at 2", "fails to 9", "yes"], ["mode", '"a"', 'fails with "b"', "no"]]
+    report = write_report(Path("campaign")).read_text()
+    assert "Neighbours of run 5" in report and "<td>passes at 2</td><td>fails to 9</td><td>yes</td>" in report
+    Path("campaign/neighbours/000005/neighbours.json").write_text("{}")
+    assert main(["campaign", "report", "campaign"]) == 2
+    assert "neighbours.json: invalid result: Field required" in capsys.readouterr().err
     assert main(["campaign", "neighbours", "campaign", "1"]) == 2
     assert "expected a failed run" in capsys.readouterr().err

@@ -1,5 +1,6 @@
 """Failed runs, made as simple as possible."""
 
+import asyncio
 import json
 from collections.abc import Mapping
 from dataclasses import replace
@@ -8,10 +9,12 @@ from pathlib import Path
 
 import pytest
 
+import seoro.campaign as sc
 from seoro.campaign.after.finding import FoundRun
 from seoro.campaign.after.ladders import Ladder, ladder_of, simplest_of, step_of
 from seoro.campaign.after.same_failure import SameFailure, values_of_run
 from seoro.campaign.after.shrinking import Outcome, Shrinking
+from seoro.campaign.report.page import write_report
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.space.axes import Axis, Choices
 from seoro.campaign.space.space import Space
@@ -177,6 +180,12 @@ def test_a_failed_run_becomes_a_scenario_file(home: Path, capsys: pytest.Capture
     folder = f"campaign/shrink/{int(number):06}"
     rows = table(f"{folder}/runs.csv")
     assert {row["parent"] for row in rows} == {number} and len({row["seed"] for row in rows}) == 1
+    shrunk = asyncio.run(sc.shrink("campaign", int(number), jobs=1, file="again.osc"))
+    assert (shrunk.outcome, shrunk.best) == ("minimal", int(rows[shrunk.best - 1]["run"]))
+    assert shrunk.values == {path: values[path] for path in shrunk.values} and not shrunk.matters("pause")
+    assert Path("again.osc").is_file() and len(table(f"{folder}/runs.csv")) == len(rows), "without more runs"
+    report = write_report(Path("campaign")).read_text()
+    assert f"Run {number}, shrunk" in report and f"<td>{shrunk.values['load']}</td><td>yes</td>" in report
     assert main(["campaign", "resume", folder]) == 2
     assert "`seoro campaign shrink` continues it" in capsys.readouterr().err
 

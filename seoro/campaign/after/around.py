@@ -64,6 +64,18 @@ def start_at(found: FoundRun) -> Start:
     return Start(found, scenario, options, space, values_of_run(found, space))
 
 
+def repeats_for(start: Start, wanted: int | None) -> int:
+    """Return the number of runs of the same values: one where runs repeat to the bit.
+
+    Args:
+        start: The run.
+        wanted: Number that the user gives, if any.
+    """
+    options = start.options
+    is_virtual = options.clock in ("virtual", "sim") or (options.clock is None and options.simulator is not None)
+    return wanted or (1 if is_virtual and options.ros is None and options.lab is None else ON_ROBOTS)
+
+
 def open_around(start: Start, part: str, strategy: StrategyText, runs: int | None, repeat: int) -> CampaignFolder:
     """Open the folder of a campaign around a run; an earlier one with the same strategy is continued.
 

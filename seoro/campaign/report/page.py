@@ -11,6 +11,7 @@ from typing import Final
 from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.coverage.unreachable import read_unreachable
 from seoro.campaign.report import sections
+from seoro.campaign.report.findings import findings
 from seoro.campaign.report.style import STYLE
 from seoro.campaign.report.summary import Summary, summarize
 from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
@@ -61,6 +62,7 @@ def page(summary: Summary, campaign: CampaignFile, folder: Path) -> Iterator[str
     yield f"<h1>{title}</h1>"
     yield from sections.verdict(summary, campaign)
     yield from sections.failures(summary, folder)
+    yield from findings(folder)
     yield from sections.parameters(summary)
     yield from sections.measurements(summary)
     yield from sections.coverage(summary)

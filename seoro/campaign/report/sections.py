@@ -77,8 +77,10 @@ def failures(summary: Summary, folder: Path) -> Iterator[str]:
         first = group.example
         yield f"<p>{first.status.value.capitalize()}{place}. First: run {first.run}{_link(first)}"
         yield f": {_text(first.reason)}</p>" if first.reason not in (reason, "") else "</p>"
-        command = shlex.join(["seoro", "campaign", "replay", str(folder), str(first.run)])
-        yield f"<pre>{escape(command)}</pre></div>"
+        for subcommand in ("replay", "shrink") if first.status is End.FAILED else ("replay",):
+            command = shlex.join(["seoro", "campaign", subcommand, str(folder), str(first.run)])
+            yield f"<pre>{escape(command)}</pre>"
+        yield "</div>"
     rest = groups[_FAILURES:]
     if rest:
         yield f'<p class="note">{_runs(sum(group.count for _, group in rest))} with {len(rest)} other reasons</p>'
