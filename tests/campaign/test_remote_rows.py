@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from seoro.campaign.identity import row_of
+from seoro.campaign.remote.record import row_in, to_record
 from seoro.campaign.remote.rows import Checker, InvalidRow
 from seoro.campaign.runs import End, Planned, Row
 
@@ -21,6 +22,15 @@ def read(line: str) -> Row:
 
 def test_a_row_of_a_given_run_is_read() -> None:
     assert read(ROW.to_line()) == ROW
+
+
+def test_a_record_shows_a_message_and_has_the_row() -> None:
+    strange = replace(ROW, reason='}, "row": {"', where="ä\udcff")
+    record = to_record(strange, 1.5)
+    shown = json.loads(record)
+    assert (shown["kind"], shown["t"], shown["message"]) == ("log", 1.5, "run 7: failed")
+    assert read(row_in(record).decode()) == Row.from_line(strange.to_line().encode("utf-8", "backslashreplace"))
+    assert row_in(b'{"kind": "log"}\n') == b""
 
 
 def changed(name: str, value: object) -> str:

@@ -191,7 +191,7 @@ class PutBlob(ExecutorMessage):
 class CampaignWorker(ExecutorMessage):
     """Request to make the runs of a campaign that its coordinator gives, see `PlannedRuns`.
 
-    Its trace has a line for each run: its row. Folders of kept runs are among the output files.
+    Its trace has a record for each run, with its row. Folders of kept runs are among the output files.
     """
 
     name: Annotated[str, Field(pattern=r"^[\w-][\w.-]{0,200}$")]  # name of the worker, in its rows

@@ -134,7 +134,7 @@ class DaskEngine:
         self._futures.add(future)
         try:
             done: Done = await future
-        except (CancelledError, distributed.KilledWorker) as error:
+        except (CancelledError, OSError, distributed.KilledWorker) as error:  # of connections to killed workers
             if self._client.status != "running":
                 raise BackendError("the connection to the Dask scheduler is lost") from error
             raise MachineLost(f"Dask workers were lost with the run: {error}") from error

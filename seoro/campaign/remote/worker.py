@@ -12,6 +12,7 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import State
 from seoro.bundle.paths import InvalidPath, check_path
 from seoro.campaign.engine import MachineLost, WorkerDied
+from seoro.campaign.remote.record import row_in
 from seoro.campaign.remote.rows import InvalidRow, kept_folder
 from seoro.campaign.remote.store import RemoteStore
 from seoro.campaign.runs import Planned, Row
@@ -115,7 +116,7 @@ class RemoteWorker:
             while left:
                 rows = []
                 for line in await self._next_lines():
-                    rows.append(row := store.checker.read(line, left))
+                    rows.append(row := store.checker.read(row_in(line), left))
                     del left[row.run]
                 await self._fetch([row.run for row in rows if row.folder], store)
                 for row in rows:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import shutil
+import time
 from contextlib import AsyncExitStack, suppress
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from seoro.bridges.executor.messages import RUNS, CampaignWorker, PlannedRuns
 from seoro.bridges.wire import decode
 from seoro.bundle.unpack import limit_of
 from seoro.campaign.pool.simulators import simulator_node
+from seoro.campaign.remote.record import to_record
 from seoro.campaign.runs import End, Planned
 from seoro.campaign.store.folder import KEPT
 from seoro.campaign.work.job import Job as Work
@@ -85,13 +87,14 @@ async def _work(worker: Worker, given: _GivenRuns, trace: TracePipe) -> None:
         Stopped: The worker was stopped.
         BackendError: Its simulator has died; the coordinator gives the run to another worker.
     """
+    began = time.monotonic()
     while True:
         planned = await given.next()
         try:
             row = await worker.make(planned)
         except SimulatorDied as died:
             raise BackendError("the simulator ended its process") from died
-        trace.send(Frame.TRACE, row.to_line().encode("utf-8", "backslashreplace"))
+        trace.send(Frame.TRACE, to_record(row, time.monotonic() - began))
         if row.status is End.ERROR:
             return
 
