@@ -12,7 +12,6 @@ from seoro.bundle.unpack import read_options
 from seoro.campaign.asking import CampaignFields, Request, request_from
 from seoro.campaign.opening import new_campaign, reopen, space_of
 from seoro.campaign.places import Places, checked_places
-from seoro.campaign.results.results import Results
 from seoro.campaign.session import Campaign
 from seoro.embed.arguments import AnyPath, optional, to_path, to_text, to_texts
 from seoro.embed.scenarios import Scenario
@@ -99,7 +98,7 @@ def reopened(folder: Path, runs: int | None, places: Places) -> tuple[Campaign, 
         raise
 
 
-def run(scenario: AnyPath | Scenario, **arguments: Unpack[CampaignFields]) -> Results:
+def run(scenario: AnyPath | Scenario, **arguments: Unpack[CampaignFields]) -> Campaign:
     """Carry out a campaign to its end in a new event loop, for scripts.
 
     Ctrl-C stops the active runs, then raises `KeyboardInterrupt`; `resume` continues the campaign.
@@ -120,7 +119,7 @@ def run(scenario: AnyPath | Scenario, **arguments: Unpack[CampaignFields]) -> Re
     )
 
 
-async def _run(request: Request) -> Results:
+async def _run(request: Request) -> Campaign:
     async with start_with(request) as campaign:
         await campaign.wait()
     return campaign

@@ -51,7 +51,7 @@ A campaign varies each parameter with a constraint `in`, such as `keep(noise in 
 `keep(noise in [0.0..0.2])`, that is not set with `--set` or `--params`.
 
 exit status: 0 all passed, 1 some failed, 2 the command line or the scenario is invalid, 3 some ended without a
-verdict, 130 by Ctrl-C, after which `resume` continues; with --until 'rate >= GOOD vs BAD': 0 good, 1 bad,
+verdict, 130 by Ctrl-C, after which `resume` continues; with --until 'rate >= GOOD ...': 0 good, 1 bad,
 3 undecided or some ended without a verdict"""
 
 

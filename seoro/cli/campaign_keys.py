@@ -68,23 +68,24 @@ class SimulatorKeys(_Part):
 
 
 class RateKeys(_Part):
-    """Stopping rule that decides between two pass rates.
+    """Stopping rule that decides about the pass rate.
 
     Args:
         rate: Good pass rate, 0 to 1.
-        against: Bad pass rate, 0 to 1.
-        errors: Probability of a wrong decision, 0 to 1; by default 0.05.
+        against: Bad pass rate, 0 to 1; by default all below the good one, which takes more runs.
+        errors: Probability of a wrong decision between two rates, 0 to 1; by default 0.05.
     """
 
     rate: float
-    against: float
+    against: float | None = None
     errors: float | None = None
 
     @property
     def text(self) -> str:
         """The rule in the notation of `--until`."""
         errors = "" if self.errors is None else f" errors {self.errors:g}"
-        return f"rate >= {self.rate:g} vs {self.against:g}{errors}"
+        against = "" if self.against is None else f" vs {self.against:g}"
+        return f"rate >= {self.rate:g}{against}{errors}"
 
 
 Rule: TypeAlias = Annotated[

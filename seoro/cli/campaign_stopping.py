@@ -18,8 +18,8 @@ def add_stopping(parser: argparse.ArgumentParser) -> None:
     add_option(
         parser,
         "--until RULE",
-        "stop at: 'rate +- 2%%' (accuracy), 'rate >= 0.95 vs 0.90' (decision), 'first failure', '10 failures' or "
-        "'coverage 95%%'",
+        "stop at: 'rate +- 2%%' (accuracy), 'rate >= 0.95' or 'rate >= 0.95 vs 0.90' (decision), 'first failure', "
+        "'10 failures' or 'coverage 95%%'",
         repeatable=True,
     )
     add_option(parser, "--budget TIME", "begin no run after this wall time, such as 1h", type=duration)

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from seoro.pytest_plugin.runner import RunScenario
 
 SUFFIX = ".osc"
+MARK = "seoro_campaign"
+_FIXTURES = ("osc_options", "tmp_path")  # of functions with the mark
 _WAS_BARE = "osc_was_bare"  # key of the data for xdist workers
 
 
@@ -69,7 +71,12 @@ def _seconds(text: str) -> float:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Check that options are consistent."""
+    """Declare the mark, and check that options are consistent."""
+    config.addinivalue_line(
+        "markers",
+        f"{MARK}(file, *, rate, runs=1000, vary=(), jobs=None): run a campaign, and fail unless its pass rate is "
+        "at least `rate` with 95 % confidence; `file` is for tests in Python",
+    )
     named, connected, world = (config.getoption(f"osc_{key}") for key in ("sim", "connect", "world"))
     if named is not None and connected is not None:
         raise pytest.UsageError("--osc-sim contradicts --osc-connect: leave out one of them")
@@ -90,6 +97,28 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> OscFile | 
     from seoro.pytest_plugin.collector import OscFile  # noqa: PLC0415 - slow to load
 
     return OscFile.from_parent(parent, path=file_path)
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Request the fixtures of a function in Python with a campaign."""
+    if isinstance(item, pytest.Function) and _campaign_of(item) is not None:
+        item.fixturenames += [name for name in _FIXTURES if name not in item.fixturenames]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> None:
+    """Run the campaign of a function in Python before the function itself."""
+    mark = _campaign_of(pyfuncitem)
+    if mark is not None:
+        from seoro.pytest_plugin.campaigns import run_file  # noqa: PLC0415 - slow to load
+
+        found: dict[str, Any] = pyfuncitem.funcargs
+        run_file(mark, pyfuncitem.path.parent, found["osc_options"], found["tmp_path"])
+
+
+def _campaign_of(item: pytest.Function) -> pytest.Mark | None:
+    """Return the mark of a function in Python; scenarios run their campaigns themselves."""
+    return None if item.path.suffix == SUFFIX else item.get_closest_marker(MARK)
 
 
 def _is_wanted(path: Path, parent: pytest.Collector) -> bool:

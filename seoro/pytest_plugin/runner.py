@@ -22,6 +22,7 @@ from seoro.embed.api import start_with
 from seoro.embed.directives import INVALID, Directives
 from seoro.embed.options import ClockName, OptionFields, Simulator, options_from
 from seoro.errors import BackendError, InvalidScenario, UsageError
+from seoro.pytest_plugin import MARK
 from seoro.runtime.explain.reasons import reason_text
 from seoro.runtime.trace.jsonl import to_line
 from seoro.runtime.verdict import Verdict
@@ -133,6 +134,9 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
     # The directive takes precedence over the option, which is for all files.
     if case.directives.timeout is None and merged.get("timeout") is None:
         merged["timeout"] = item.config.getoption("osc_timeout")
+    if (mark := item.get_closest_marker(MARK)) is not None:
+        _run_campaign(mark, case, merged, results)
+        return
     outcome: Result | InvalidScenario | UsageError | BackendError
     try:
         merged["simulator"] = _simulator(case, options)
@@ -149,6 +153,19 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
             pass
         case _:
             pytest.fail(error_text(outcome), pytrace=False)
+
+
+def _run_campaign(mark: pytest.Mark, case: Case, options: OptionFields, results: Path) -> None:
+    """Run the campaign of a scenario; fail the test with a report if too many runs fail."""
+    from seoro.pytest_plugin.campaigns import run_scenario  # noqa: PLC0415 - for such tests only
+
+    try:
+        if case.directives.expect != "passed":
+            raise UsageError(f"`# seoro: expect` contradicts the mark `{MARK}`", help="leave out one of them")
+        options["simulator"] = _simulator(case, options)
+    except UsageError as error:
+        pytest.fail(error_text(error), pytrace=False)
+    run_scenario(mark, case.scenario, options, results)
 
 
 def _simulator(case: Case, options: OptionFields) -> Simulator | None:

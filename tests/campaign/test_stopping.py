@@ -15,7 +15,7 @@ from seoro.campaign.statistics.rates import live_bounds
 from seoro.campaign.statistics.sequential_test import Decision, SequentialTest
 from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.stopping.rate import Rate, Validity
-from seoro.campaign.stopping.rules import Accuracy, Failures, RateTest, Rule
+from seoro.campaign.stopping.rules import Accuracy, Failures, RateBound, RateTest, Rule
 from seoro.campaign.stopping.watch import Watch
 from seoro.cli.campaign_stopping import status_of_test
 from seoro.cli.main import main
@@ -30,6 +30,7 @@ from seoro.errors import UsageError
         ("  rate  +-2 % ", Accuracy(0.02)),
         ("rate >= 0.95 vs 0.90", RateTest(SequentialTest(0.95, 0.9, 0.05))),
         ("rate >= 95% vs 90% errors 1%", RateTest(SequentialTest(0.95, 0.9, 0.01))),
+        ("rate >= 95%", RateBound(0.95)),
         ("first failure", Failures(1)),
         ("10 failures", Failures(10)),
     ],
@@ -42,7 +43,8 @@ def test_rules(text: str, rule: Rule) -> None:
     ("text", "message"),
     [
         ("rate", "unknown rule"),
-        ("rate >= 0.95", "unknown rule"),
+        ("rate >= 100%", "expected a rate between 0 and 100 %, found 100%"),
+        ("rate >= 0.95 errors 1%", "unknown rule"),
         ("rate +- 2% please", "unknown rule"),
         ("rate +- 0%", "expected an accuracy between 0 and 50 %, found 0%"),
         ("rate +- 2", "expected an accuracy between 0 and 50 %, found 2"),
@@ -88,6 +90,14 @@ def test_a_rule_decides_at_the_same_run_in_any_order() -> None:
         random.shuffle(part := rows[start : start + 20])
         rows[start : start + 20] = part
     assert fed(Watch([parse_rule("rate >= 0.97 vs 0.90")]), rows).stop == in_order.stop
+
+
+def test_a_bound_of_the_rate_decides_when_the_interval_excludes_it() -> None:
+    rule = RateBound(0.95)
+    assert rule.check(100, 0) is None
+    good, bad = rule.check(160, 0), rule.check(20, 8)
+    assert good is not None and good.decision is Decision.GOOD and good.reason == "the pass rate is at least 95 %"
+    assert bad is not None and bad.decision is Decision.BAD
 
 
 def test_runs_count_once_and_only_with_a_verdict() -> None:

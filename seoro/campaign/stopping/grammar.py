@@ -1,6 +1,7 @@
 """Grammar of stopping rules.
 
 rule  = "rate" ("+-" | "±") share
+      | "rate" ">=" share
       | "rate" ">=" share "vs" share ["errors" share]
       | "first failure"
       | count "failures"
@@ -14,15 +15,18 @@ import re
 from typing import Final
 
 from seoro.campaign.statistics.sequential_test import ERRORS, SequentialTest
-from seoro.campaign.stopping.rules import Accuracy, CoverageGoal, Failures, RateTest, Rule
+from seoro.campaign.stopping.rules import Accuracy, CoverageGoal, Failures, RateBound, RateTest, Rule
 from seoro.errors import UsageError
 
 _SHARE: Final = r"(\d+(?:\.\d+)?\s*%?|\.\d+\s*%?)"
 _ACCURACY: Final = re.compile(rf"rate\s*(?:\+-|\+/-|±)\s*{_SHARE}")
 _TEST: Final = re.compile(rf"rate\s*>=\s*{_SHARE}\s*vs\s*{_SHARE}(?:\s*errors\s*{_SHARE})?")
+_BOUND: Final = re.compile(rf"rate\s*>=\s*{_SHARE}")
 _FAILURES: Final = re.compile(r"(first|\d+)\s+failures?")
 _COVERAGE: Final = re.compile(rf"coverage\s*(?:>=)?\s*{_SHARE}")
-_FORMS: Final = "`rate +- 2%`, `rate >= 0.95 vs 0.90`, `first failure`, `10 failures` or `coverage 95%`"
+_FORMS: Final = (
+    "`rate +- 2%`, `rate >= 0.95`, `rate >= 0.95 vs 0.90`, `first failure`, `10 failures` or `coverage 95%`"
+)
 
 
 def parse_rule(text: str) -> Rule:
@@ -45,6 +49,11 @@ def parse_rule(text: str) -> Rule:
         if not 0.0 < errors < 0.5:
             raise _invalid(text, f"expected errors between 0 and 50 %, found {found[3]}")
         return RateTest(SequentialTest(good, bad, errors))
+    if found := _BOUND.fullmatch(stripped):
+        rate = _share(found[1])
+        if not 0.0 < rate < 1.0:
+            raise _invalid(text, f"expected a rate between 0 and 100 %, found {found[1]}")
+        return RateBound(rate)
     if found := _FAILURES.fullmatch(stripped):
         count = 1 if found[1] == "first" else int(found[1])
         if not count:

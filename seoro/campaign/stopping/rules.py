@@ -75,6 +75,26 @@ class RateTest(Value):
         return Stop(f"the pass rate is {found} rather than {other}", decision)
 
 
+class RateBound(Value):
+    """Ends a campaign when the interval of the rate of passed runs excludes a rate.
+
+    Args:
+        rate: The rate.
+    """
+
+    rate: float
+    needs_samples = True
+
+    def check(self, passed: int, failed: int, coverage: float = 0.0) -> Stop | None:
+        """See `Rule`."""
+        bounds = live_bounds(passed, passed + failed)
+        if bounds.low >= self.rate:
+            return Stop(f"the pass rate is at least {percent(self.rate)}", Decision.GOOD)
+        if bounds.high < self.rate:
+            return Stop(f"the pass rate is less than {percent(self.rate)}", Decision.BAD)
+        return None
+
+
 class Failures(Value):
     """Ends a campaign after a number of failures.
 

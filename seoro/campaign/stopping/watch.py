@@ -8,7 +8,7 @@ from typing import Final
 
 from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.runs import End, Row
-from seoro.campaign.stopping.rules import CoverageGoal, RateTest, Rule, Stop
+from seoro.campaign.stopping.rules import CoverageGoal, RateBound, RateTest, Rule, Stop
 
 _IS_PASSED: Final = {End.PASSED: True, End.FAILED: False}
 
@@ -82,7 +82,7 @@ class Watch:
     @property
     def has_test(self) -> bool:
         """Whether a rule decides about the rate."""
-        return any(isinstance(rule, RateTest) for rule in self._rules)
+        return any(isinstance(rule, RateTest | RateBound) for rule in self._rules)
 
     def is_enough(self) -> bool:
         """Return whether no more runs shall begin, by a rule or by the budget."""
