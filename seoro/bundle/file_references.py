@@ -10,6 +10,7 @@ from urllib.parse import unquote
 from seoro.bundle.worlds import FILE_SCHEME, files_of_world, is_file_uri, is_world_file
 from seoro.embed.options import Options
 from seoro.embed.scenarios import Scenario
+from seoro.embed.world_settings import constraints_of_scenario, split_world
 from seoro.errors import UsageError
 from seoro.files.world_names import WorldName
 from seoro.lab.selectors import split_selectors
@@ -47,8 +48,9 @@ def referenced_files(scenario: Scenario, options: Options, folder: Path) -> Iter
     marks = {name: bound.mark for name, bound in scenario.functions.actions.items()}
     if not any(mark.files or mark.uris for mark in marks.values()):
         return
-    overrides, _ = split_selectors(options.overrides)
-    plan = lower(scenario.checked, options.name, overrides, options.constraints)
+    overrides, _ = split_selectors(split_world(options.overrides)[0])
+    constraints = constraints_of_scenario(options.constraints)
+    plan = lower(scenario.checked, options.name, overrides, constraints)
     for invocation in plan.action_invocations():
         mark = marks.get(invocation.action)
         if mark is not None:

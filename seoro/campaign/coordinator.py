@@ -71,6 +71,8 @@ class Coordinator:
                         await self._engine.slots_changed()
         except ExceptionGroup as errors:
             raise cause_of(errors) from None
+        if not self._is_stopping:
+            self._planner.check_possible()
 
     def stop(self) -> None:
         """Begin no more runs, and stop those in progress; they can be resumed."""

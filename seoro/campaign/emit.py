@@ -18,6 +18,7 @@ from seoro.embed.directives import directive_comments
 from seoro.embed.options import ROS_SIMULATOR, Options
 from seoro.embed.parameter_files import read_parameters
 from seoro.embed.scenarios import Scenario
+from seoro.embed.world_settings import constraints_of_scenario
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, read_input, resolved
 from seoro.files.world_names import WorldName
@@ -122,7 +123,7 @@ class Emitter:
         yield f"seed {seed}"
         for parameter, text in {**self._shared, **values}.items():
             yield f"set {parameter}={_in_one_line(text)}"
-        for constraint in self._options.constraints:
+        for constraint in constraints_of_scenario(self._options.constraints):
             yield f"constrain {_in_one_line(constraint)}"
 
     def _world(self, text: str) -> str:

@@ -22,6 +22,7 @@ from seoro.campaign.space.defaults import find_defaults
 from seoro.campaign.space.feasible import Feasibility
 from seoro.campaign.space.finding import find_axes
 from seoro.campaign.space.space import Space
+from seoro.campaign.space.world_axes import world_axis
 from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.stopping.rules import CoverageGoal
 from seoro.campaign.store.folder import (
@@ -41,6 +42,7 @@ from seoro.embed.parameter_files import read_parameters
 from seoro.embed.scenarios import Scenario, load
 from seoro.embed.time_limit import PROGRAM_LIMIT, WallLimit
 from seoro.embed.video import VideoOptions
+from seoro.embed.world_settings import constraints_of_scenario, split_world
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
 from seoro.lab.selectors import split_selectors
@@ -111,13 +113,20 @@ def space_of(scenario: Scenario, options: Options, varied: Sequence[str] = ()) -
     """
     check_options(options)
     entry = scenario.entry(options.name).name
-    given, _ = split_selectors(options.overrides)  # robots do not vary
+    given, of_world = split_world(split_selectors(options.overrides)[0])  # robots do not vary
     if options.parameters is not None:
         given = {**read_parameters(options.parameters, entry), **given}
-    plan = lower(scenario.checked, options.name, given, options.constraints)
-    axes = find_axes(plan, given, varied)
-    feasibility = Feasibility(scenario, options.name, given, options.constraints)
-    inputs = InputSpace(scenario, options.name, given, options.constraints, axes, plan)
+    constraints = constraints_of_scenario(options.constraints)
+    worlds = [world_axis(text) for text in options.constraints if text not in constraints]
+    worlds = [axis for axis in worlds if axis.path not in of_world]
+    if worlds and (options.simulator is None or options.simulator.world is None):
+        raise UsageError(
+            f"`{worlds[0].path}` needs the name or the file of a world", help="add `--sim mujoco --world office`"
+        )
+    plan = lower(scenario.checked, options.name, given, constraints)
+    axes = (*find_axes(plan, given, constraints_of_scenario(varied)), *worlds)
+    feasibility = Feasibility(scenario, options.name, given, constraints)
+    inputs = InputSpace(scenario, options.name, given, constraints, axes, plan)
     return Space(axes, find_defaults(plan, axes), feasibility, inputs, covered_items(plan))
 
 

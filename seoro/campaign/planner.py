@@ -104,13 +104,16 @@ class Planner:
         if row.status is End.IMPOSSIBLE:
             self._impossible += 1
             if self._impossible >= MOST_IMPOSSIBLE and not self._possible:
-                raise UsageError(
-                    f"the constraints of the scenario exclude all of the first {self._impossible} runs"
-                )
+                raise _nothing(f"all of the first {self._impossible:,} runs")
         else:
             self._possible += 1
         if self._strategy.is_learning:
             self._results[row.variant].append(row)
+
+    def check_possible(self) -> None:
+        """Raise `UsageError` if the campaign is over without a possible run."""
+        if self.is_over and not self._possible:
+            raise _nothing(f"all {self._impossible:,} runs" if self._impossible else "all values of the strategy")
 
     def _room(self) -> float:
         """Return how many more runs are wanted; impossible ones do not count."""
@@ -194,3 +197,10 @@ def runs_of(
         )
         for number in range(repeat)
     ]
+
+
+def _nothing(what: str) -> UsageError:
+    return UsageError(
+        f"constraints exclude {what}",
+        help="run the values of one with `seoro exec --set PATH=VALUE`, which names the constraints in conflict",
+    )

@@ -12,6 +12,7 @@ from seoro.embed.options import OptionFields, Options, options_from
 from seoro.embed.preparation import prepare
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario, to_scenario
+from seoro.embed.world_settings import split_world
 from seoro.errors import UsageError
 from seoro.runtime.verdict import Verdict
 
@@ -137,7 +138,8 @@ def accept(scenario: Scenario, records: Sequence[Mapping[str, Any]]) -> Acceptan
     from seoro.runtime.accept import check_trace  # noqa: PLC0415 - slow to load, not needed for runs
 
     first = _run_start(records)
-    plan = scenario.plan(first["scenario"], first["overrides"], first["constraints"])
+    overrides, _ = split_world(first["overrides"])
+    plan = scenario.plan(first["scenario"], overrides, first["constraints"])
     return check_trace(plan, records)
 
 

@@ -13,6 +13,7 @@ from seoro.embed.option_checks import check_options
 from seoro.embed.options import Options
 from seoro.embed.runnable import Runnable
 from seoro.embed.runs import Run
+from seoro.embed.world_settings import split_world, with_world
 from seoro.errors import UsageError
 from seoro.runtime.actions.needs import MissingRobot
 from seoro.runtime.events.occurrence import Occurrence, is_emitted_outside, occurrence_in
@@ -33,6 +34,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
     Raises:
         InvalidScenario, UsageError, BackendError: As `start`.
     """
+    given, options = options, with_world(options)
     clock, rate = check_options(options)
     overrides, selectors = _overrides(scenario, options)
     if selectors and options.lab is None:
@@ -60,7 +62,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             modifiers=scenario.functions.modifiers,
             output_directory=options.output_directory,
             locate=options.locate,
-            overrides=overrides,
+            overrides={**overrides, **split_world(given.overrides)[1]},
             constraints=options.constraints,
             grace=options.grace,
             version=__version__,

@@ -38,6 +38,23 @@ scenario main:
         wait elapsed(1s)
         compare(b, "<", 9.5)
 """
+INVOKING = """import osc.helpers
+
+scenario greet:
+    volume: int
+    keep(volume < 5)
+    do log("hello")
+
+scenario main:
+    loud: int
+    keep(loud in [1, 4, 6])
+    cover(loud)
+    do serial:
+        greet(loud)
+        one_of:
+            greet(loud + 1)
+            log("hello")
+"""
 KINDS = """import osc.types
 
 enum light: [red, amber, green]
@@ -107,6 +124,19 @@ def test_constraints_that_exclude_a_bin_are_named(tmp_path: Path) -> None:
     bounds, reason = caught.value.reasons
     assert bounds.startswith("keep(b in [0.0..10.0]) (") and bounds.endswith("main.osc:8:5)")
     assert reason.startswith("keep(a < 8 or b < 0.0) (") and reason.endswith("main.osc:9:5)")
+
+
+def test_constraints_of_invoked_scenarios_exclude_bins(tmp_path: Path) -> None:
+    space = inputs(tmp_path, INVOKING)
+    excluded: dict[str, tuple[str, ...]] = {}
+    for each in space.bins:
+        try:
+            space.draw(each, 1)
+        except Excluded as error:
+            excluded[each.bucket] = error.reasons
+    assert list(excluded) == ["6"]
+    (reason,) = excluded["6"]
+    assert reason.startswith("keep(volume < 5) (") and reason.endswith("main.osc:5:5)")
 
 
 def told(space: InputSpace, points: list[Point], *, is_sampled: bool = True) -> Iterator[Told]:

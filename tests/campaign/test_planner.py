@@ -123,7 +123,7 @@ def test_the_number_of_runs_does_not_count_impossible_ones(tmp_path: Path) -> No
 def test_constraints_that_exclude_everything_end_the_campaign(tmp_path: Path) -> None:
     folder = campaign(tmp_path, runs=3)
     planner = Planner(folder, Counting(), Space())
-    with pytest.raises(UsageError, match=f"exclude all of the first {MOST_IMPOSSIBLE} runs"):
+    with pytest.raises(UsageError, match=f"exclude all of the first {MOST_IMPOSSIBLE:,} runs"):
         for _ in range(MOST_IMPOSSIBLE):
             [planned] = planner.take(1)
             planner.record(row_of(planned, End.IMPOSSIBLE))

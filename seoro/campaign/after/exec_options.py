@@ -11,6 +11,7 @@ from seoro.bundle.unpack import read_options
 from seoro.campaign.runs import Planned
 from seoro.campaign.store.folder import CampaignFile
 from seoro.embed.options import ROS_SIMULATOR, Options, Simulator
+from seoro.embed.world_settings import constraints_of_scenario
 
 
 def words_of_run(campaign: CampaignFile, planned: Planned) -> list[str]:
@@ -35,7 +36,7 @@ def words_of_run(campaign: CampaignFile, planned: Planned) -> list[str]:
         words += ["--params", os.fspath(options.parameters)]
     for path, value in {**options.overrides, **planned.values}.items():
         words += ["--set", f"{path}={value}"]
-    for constraint in options.constraints:
+    for constraint in constraints_of_scenario(options.constraints):
         words += ["--constrain", constraint]
     if manifest.options.timeout is not None and not manifest.options.timeout_of_file:
         words += ["--timeout", f"{manifest.options.timeout:g}"]

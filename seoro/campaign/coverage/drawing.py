@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import Final
 
 from seoro.campaign.coverage.bins import Bin, Input, bins_of, inputs_of, path_of
 from seoro.campaign.coverage.items import items_in, parts_of
@@ -15,13 +16,16 @@ from seoro.lang.frontend import lower
 from seoro.lang.frozen import Value
 from seoro.lang.lower.outside import ORIGIN
 from seoro.lang.plan import AnyCoverageItem, Plan
+from seoro.lang.source import Span
 from seoro.runtime.coverage.buckets import bucket_of
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Instance, types_of
-from seoro.runtime.values.environment import Environment, EvaluationError
+from seoro.runtime.values.environment import Environment, EvaluationError, NoSolution
 from seoro.runtime.values.text import value_text
 from seoro.runtime.values.values import Actor, Struct
 from seoro.runtime.values.values import Value as Held
+
+ATTEMPTS: Final = 10  # draws until invoked scenarios allow the values
 
 
 class Excluded(Exception):
@@ -112,14 +116,28 @@ class InputSpace:
 
         constraints = (*self._constraints, *wanted.constraints)
         plan = lower(self._scenario.checked, self._name, self._overrides, constraints)
-        try:
-            entry, _ = make_entry(plan, seed)
-        except UsageError as error:
-            if error.code != CONFLICT:
-                raise
-            raise Excluded(tuple(_reasons(error, wanted.constraints))) from error
-        values = {path: text for path in self._paths if (text := _text_at(entry, path, plan)) is not None}
-        return Drawn(values, self._samples(entry, plan))
+        reasons: tuple[str, ...] = ()
+        for attempt in range(ATTEMPTS):
+            try:
+                entry, _ = make_entry(plan, seed + attempt)
+            except UsageError as error:
+                if error.code != CONFLICT:
+                    raise
+                raise Excluded(tuple(_reasons(error.places, wanted.constraints))) from error
+            conflict = self._conflict(entry, plan)
+            if conflict is None:
+                values = {path: text for path in self._paths if (text := _text_at(entry, path, plan)) is not None}
+                return Drawn(values, self._samples(entry, plan))
+            reasons = tuple(_reasons(conflict.places[:-1], wanted.constraints))
+        raise Excluded(reasons)
+
+    def _conflict(self, entry: Instance, plan: Plan) -> NoSolution | None:
+        """Return the conflict of an invocation with the values, if there is one."""
+        from seoro.runtime.feasibility.conflicts import find_certain_conflicts  # noqa: PLC0415 - see `draw`
+
+        fields = plan.scenarios[plan.entry].structure.fields
+        fixed = {path: entry.fields[path] for path in self._paths if path in fields}
+        return next(find_certain_conflicts(plan, fixed), None)
 
     def _samples(self, entry: Instance, plan: Plan) -> frozenset[tuple[str, str]]:
         buckets = self._buckets(entry, plan)
@@ -149,9 +167,9 @@ class InputSpace:
         return found
 
 
-def _reasons(error: UsageError, own: Sequence[str]) -> Iterator[str]:
+def _reasons(places: Sequence[tuple[Span, str]], own: Sequence[str]) -> Iterator[str]:
     """Yield the constraints of a conflict, apart from those of the bin."""
-    for span, _ in error.places:
+    for span, _ in places:
         if span.file.name == ORIGIN and span.file.text in own:
             continue
         text = " ".join(span.text.split())

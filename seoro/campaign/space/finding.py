@@ -65,7 +65,10 @@ class _Finding:
         for name, invocation in named_invocations(scenario.body).items():
             of_it = {key: field.type for key, field in self._invoked(invocation).fields.items()}
             for condition in _conditions(invocation.constraints):
-                self._add(condition, path_of(condition.item, of_it=True), of_it, f"{name}.")
+                path = path_of(condition.item, of_it=True)
+                if condition.span.file.name == ORIGIN:
+                    _check_argument(f"{name}.{path}", path, invocation)
+                self._add(condition, path, of_it, f"{name}.")
         return tuple(self._found.values())
 
     def _invoked(self, invocation: plan_.InvokeAction | plan_.InvokeScenario) -> plan_.Structure:
@@ -112,6 +115,17 @@ class _Finding:
             return None
         is_whole = isinstance(type_, plan_.PrimitiveType) and type_.name != "float"
         return Interval(path, min(low, high), max(low, high), is_whole, type_, container.span)
+
+
+def _check_argument(shown: str, path: str | None, invocation: plan_.InvokeAction | plan_.InvokeScenario) -> None:
+    """Raise `UsageError` if the text of the scenario has an argument for a parameter that shall vary."""
+    for name, value in invocation.arguments:
+        if name == path:
+            raise UsageError(
+                f"`{shown}` cannot vary: the scenario has an argument for it, `{value.span.text}`",
+                value.span,
+                help="remove the argument, or use a parameter of the scenario instead of it, and vary that one",
+            )
 
 
 def constants_of(plan: Plan) -> Environment:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from seoro.bridges.executor.messages import BundledFilm
@@ -10,6 +11,7 @@ from seoro.campaign.store.folder import CampaignFile, Keep
 from seoro.embed.options import Options
 from seoro.embed.scenarios import Scenario, check_file
 from seoro.embed.time_limit import WallLimit
+from seoro.embed.world_settings import constraints_of_scenario
 from seoro.lang.frozen import Value
 
 
@@ -52,13 +54,14 @@ def load_job(campaign: CampaignFile, folder: Path) -> Job:
     manifest = campaign.manifest
     root = Path(manifest.root or ".")
     scenario = check_file(root / manifest.entry, name=manifest.shown).without_errors()
+    options = read_options(manifest, root)
     return Job(
         digest=campaign.digest,
         version=campaign.version,
         keep=campaign.keep,
         folder=folder,
         scenario=scenario,
-        options=read_options(manifest, root),
+        options=replace(options, constraints=constraints_of_scenario(options.constraints)),
         limit=limit_of(manifest.options),
         film=manifest.options.film,
         parquet=campaign.parquet,

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from seoro.bridges.wire.outputs import Measurements
+from seoro.embed.world_settings import WORLD
 
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
 
@@ -22,12 +23,24 @@ def values_of(texts: Mapping[str, str], parameters: Mapping[str, Any]) -> dict[s
 
 
 def _value(path: str, text: str, parameters: Mapping[str, Any]) -> object:
+    if path.startswith(WORLD):
+        return _scalar(text)
     value: object = parameters
     for name in path.split("."):
         if not isinstance(value, Mapping) or name not in value:
             return _bare(text)
         value = value[name]
     return value
+
+
+def _scalar(text: str) -> object:
+    """Return a value of a world as a number, if it is one."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return text
 
 
 def _bare(text: str) -> str:

@@ -14,6 +14,7 @@ from seoro.bridges.wire.message import Empty
 from seoro.bridges.wire.outputs import GET_MEASUREMENTS
 from seoro.campaign.identity import row_of
 from seoro.campaign.runs import End, Planned, Row
+from seoro.campaign.space.feasible import Feasibility
 from seoro.campaign.store.folder import KEPT
 from seoro.campaign.work.job import Job
 from seoro.campaign.work.measurements import of_robots, reason_key, values_of
@@ -24,6 +25,8 @@ from seoro.embed.options import Options
 from seoro.embed.preparation import prepare
 from seoro.embed.runs import Run
 from seoro.errors import CONFLICT, BackendError, InvalidScenario, UsageError
+from seoro.lab.selectors import split_selectors
+from seoro.runtime.verdict import RunStatus
 
 TRACE: Final = "trace.jsonl"
 _TICKS: Final = os.sysconf("SC_CLK_TCK")  # [1/s] of processor time in /proc
@@ -150,6 +153,8 @@ class Worker:
             return _error(planned, str(error).splitlines()[0])
         finally:
             self._run = None
+        if verdict.status is RunStatus.ERROR and not self._is_feasible(planned):  # found when it was invoked
+            return {"status": End.IMPOSSIBLE, "values": planned.values, "reason": verdict.reason}
         return {
             "status": End.of(verdict.status),
             "values": values_of(planned.values, run.parameters),
@@ -162,6 +167,12 @@ class Worker:
             "measured": measured,
             "coverage": tuple(item.plain() for item in verdict.coverage),
         }
+
+    def _is_feasible(self, planned: Planned) -> bool:
+        """Return whether constraints allow the values of a run."""
+        options = self._job.options
+        overrides, _ = split_selectors(options.overrides)
+        return Feasibility(self._job.scenario, options.name, overrides, options.constraints)(planned.values)
 
     def _options(self, planned: Planned, watching: Watching, folder: Path) -> Options:
         options = self._job.options

@@ -7,9 +7,10 @@ invocation.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from contextlib import suppress
 from dataclasses import replace
+from typing import TypeAlias
 
 from seoro.errors import CONFLICT
 from seoro.lang import plan as plan_
@@ -195,15 +196,42 @@ class Relaxation:
 _MAX_DEPTH = 50  # of nested invocations with different arguments
 
 
+Invocations: TypeAlias = Callable[[plan_.Behavior | None], Iterator[InvokeAction | InvokeScenario]]
+"""Returns the examined invocations in a behavior."""
+
+
 def find_conflicts(plan: Plan) -> Iterator[NoSolution]:
     """Yield the conflicts of all reachable invocations, for values that the text fixes."""
     entry = plan.scenarios[plan.entry]
     passed = frozenset(entry.structure.fields if plan.overrides or entry.modifiers else ())
-    yield from _conflicts(entry, scope_of(entry, {}, passed, (), plan), 0, set())
+    yield from _conflicts(entry, scope_of(entry, {}, passed, (), plan), 0, set(), invocations_in)
+
+
+def find_certain_conflicts(plan: Plan, fixed: Mapping[str, Value]) -> Iterator[NoSolution]:
+    """Yield the conflicts of invocations that a run cannot avoid; members of `one_of` are left out.
+
+    Args:
+        plan: The plan.
+        fixed: Values of parameters of the entry scenario; the others may have any value.
+    """
+    entry = plan.scenarios[plan.entry]
+    around = scope_of(entry, fixed, entry.structure.fields.keys() - fixed.keys(), (), plan)
+    yield from _conflicts(entry, around, 0, set(), _certain_invocations)
+
+
+def _certain_invocations(body: plan_.Behavior | None) -> Iterator[InvokeAction | InvokeScenario]:
+    match body:
+        case InvokeAction() | InvokeScenario():
+            yield body
+        case plan_.OneOf():
+            pass
+        case plan_.Composition(members=members):
+            for member in members:
+                yield from _certain_invocations(member)
 
 
 def _conflicts(
-    scenario: Scenario, around: Environment, depth: int, visited: set[tuple[str, str]]
+    scenario: Scenario, around: Environment, depth: int, visited: set[tuple[str, str]], examined: Invocations
 ) -> Iterator[NoSolution]:
     """Yield the conflicts within a scenario.
 
@@ -212,12 +240,13 @@ def _conflicts(
         around: Its environment, with its fixed fields.
         depth: Number of surrounding invocations.
         visited: Scenarios with their fixed fields that were visited before.
+        examined: Returns the examined invocations in a behavior.
     """
     plan, visit = around.plan, (scenario.name, repr(sorted(around.instance.fields.items())))
     if visit in visited or depth > _MAX_DEPTH:
         return
     visited.add(visit)
-    for invocation in invocations_in(scenario.body):
+    for invocation in examined(scenario.body):
         invoked, limits = plan.invoked(invocation), invocation.constraints
         given = fixed_values(invocation.arguments, around)
         passed = frozenset(name for name, _ in invocation.arguments)
@@ -226,7 +255,8 @@ def _conflicts(
         if (conflict := _conflict(invocation, given, passed, around)) is not None:
             yield conflict
         elif isinstance(invoked, Scenario):
-            yield from _conflicts(invoked, scope_of(invoked, given, passed, limits, plan), depth + 1, visited)
+            inside = scope_of(invoked, given, passed, limits, plan)
+            yield from _conflicts(invoked, inside, depth + 1, visited, examined)
 
 
 def _conflict(

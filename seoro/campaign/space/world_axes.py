@@ -1,0 +1,61 @@
+"""Axes of worlds: `world?generate.rooms.count in [3, 8]` varies a key of the world file."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from seoro.campaign.space.axes import Axis, Choices, Interval
+from seoro.embed.world_settings import WORLD
+from seoro.errors import UsageError
+from seoro.lang.lower.outside import ORIGIN
+from seoro.lang.plan import PrimitiveType
+from seoro.lang.source import SourceFile, Span
+
+_FORM: Final = re.compile(rf"\s*({re.escape(WORLD)}[\w.\-]+)\s+in\s+\[(.*)\]\s*")
+_RANGE: Final = re.compile(r"\s*(\S+?)\s*\.\.\s*(\S+)\s*")
+
+
+def world_axis(text: str) -> Axis:
+    """Make the axis of a constraint on a key of the world.
+
+    Args:
+        text: Key and values: `world?KEY in [A, B]` or `world?KEY in [A..B]`, with values as in world files.
+
+    Raises:
+        UsageError: The text is invalid.
+    """
+    found = _FORM.fullmatch(text)
+    if found is None:
+        raise _invalid(text)
+    path, values = found.groups()
+    span = Span(SourceFile(ORIGIN, text), 0, len(text))
+    bounds = _RANGE.fullmatch(values)
+    if bounds is None:
+        texts = tuple(dict.fromkeys(each.strip() for each in values.split(",")))
+        if "" in texts:
+            raise _invalid(text)
+        numbers = [_number(each) for each in texts]
+        known = tuple(number for number in numbers if number is not None)
+        return Choices(path, texts, known if len(known) == len(texts) else None, span)
+    low, high = _number(bounds[1]), _number(bounds[2])
+    if low is None or high is None or low > high:
+        raise _invalid(text)
+    is_whole = isinstance(low, int) and isinstance(high, int)
+    return Interval(path, low, high, is_whole, PrimitiveType("int" if is_whole else "float"), span)
+
+
+def _number(text: str) -> float | None:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return None
+
+
+def _invalid(text: str) -> UsageError:
+    return UsageError(
+        f"invalid values of a world: `{text}`",
+        help=f"write `{WORLD}KEY in [1, 2, 4]` or `{WORLD}KEY in [0.5..1.5]`, with values as in world files",
+    )
