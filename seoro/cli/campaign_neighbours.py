@@ -43,7 +43,7 @@ async def _neighbours(options: argparse.Namespace) -> int:
     strategy = Neighbourhood(row.run, start.values, failure)
     text = StrategyText(name=NEIGHBOURS, options={"any_failure": options.any_failure})
     with write_errors(start.found.folder):
-        folder = open_around(start, NEIGHBOURS, text, options.runs, repeats_for(start, options.repeat))
+        folder = open_around(start, NEIGHBOURS, text, options.runs, repeats_for(start.options, options.repeat))
     campaign = Campaign(folder, start.space, strategy=strategy)
     announce(start)
     is_interrupted = await carry_out(campaign, start, places_of(options), printer(failure))

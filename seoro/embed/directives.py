@@ -35,7 +35,7 @@ MAX_VARIANTS = 1000  # of one scenario
 
 _DIRECTIVE = re.compile(r"[ \t]*#[ \t]*(seoro|pytest)[ \t]*:[ \t]*(.*?)[ \t]*")
 _AXIS = re.compile(r"\s*([\w.]+)\s*=\s*\[")
-_PATH = re.compile(r"[\w.]+")
+_PATH = re.compile(r"[^\s=]+")
 _BRACKETS = {"(": ")", "[": "]"}
 
 

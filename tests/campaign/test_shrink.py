@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import seoro.campaign as sc
+from seoro.campaign.after.around import repeats_for
 from seoro.campaign.after.finding import FoundRun
 from seoro.campaign.after.ladders import Ladder, ladder_of, simplest_of, step_of
 from seoro.campaign.after.same_failure import SameFailure, values_of_run
@@ -21,6 +22,7 @@ from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import read_campaign
 from seoro.campaign.strategies.contract import Told
 from seoro.cli.main import main
+from seoro.embed.options import Lab, Options, Ros, Simulator
 from tests.campaign.generated import generate
 from tests.campaign.shrunk import FAILURE, SIMPLE, SPACE, carry_out, planted, told
 from tests.campaign.spaces import SPAN, listed, ranged
@@ -81,6 +83,16 @@ def test_all_repeats_but_a_minority_must_fail() -> None:
     assert not FAILURE.holds(Told(point, ()))
     assert SameFailure("", "", any_failure=True).matches(row)
     assert not SameFailure("", "", any_failure=True).matches(Row(1, "", 1, 1, 1, End.ERROR))
+
+
+def test_points_are_repeated_where_runs_may_end_differently(tmp_path: Path) -> None:
+    lab = tmp_path / "lab.yaml"
+    lab.write_text("simulators: {hall: {simulator: mujoco}}\nrobots: {robot: {in: hall, as: turtlebot4}}\n")
+    exact = (Options(clock="virtual"), Options(simulator=Simulator("mujoco")), Options(lab=Lab(lab)))
+    assert [repeats_for(options, None) for options in exact] == [1, 1, 1]
+    real = (Options(), Options(clock="real"), Options(ros=Ros("tcp/a:1"), simulator=Simulator("ros")))
+    assert [repeats_for(options, None) for options in real] == [3, 3, 3]
+    assert repeats_for(Options(), 2) == 2
 
 
 def test_the_simplest_value_is_the_default_or_the_nearest_to_zero() -> None:

@@ -75,8 +75,9 @@ def test_a_parameter_has_one_value(again: str) -> None:
 
 
 def test_values_of_parameters_end_with_the_line() -> None:
-    text = f'# seoro: set speed=2mps\n\n# seoro: set goal.name="a = b"\n{SCENARIO}'
-    assert read(text, 4).scenarios[4].overrides == (("speed", "2mps"), ("goal.name", '"a = b"'))
+    text = f'# seoro: set speed=2mps\n\n# seoro: set goal.name="a = b"\n# seoro: set go[1].x=1m\n{SCENARIO}'
+    given = (("speed", "2mps"), ("goal.name", '"a = b"'), ("go[1].x", "1m"))
+    assert read(text, 5).scenarios[5].overrides == given
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import Final
 from seoro.bundle.unpack import read_options
 from seoro.campaign.after.finding import FoundRun
 from seoro.campaign.after.same_failure import SameFailure, values_of_run
+from seoro.campaign.jobs import shared_place
 from seoro.campaign.opening import check_unchanged, space_of
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.folder import (
@@ -64,16 +65,18 @@ def start_at(found: FoundRun) -> Start:
     return Start(found, scenario, options, space, values_of_run(found, space))
 
 
-def repeats_for(start: Start, wanted: int | None) -> int:
+def repeats_for(options: Options, wanted: int | None) -> int:
     """Return the number of runs of the same values: one where runs repeat to the bit.
 
     Args:
-        start: The run.
+        options: Options that all runs share.
         wanted: Number that the user gives, if any.
     """
-    options = start.options
-    is_virtual = options.clock in ("virtual", "sim") or (options.clock is None and options.simulator is not None)
-    return wanted or (1 if is_virtual and options.ros is None and options.lab is None else ON_ROBOTS)
+    if wanted is not None:
+        return wanted
+    has_simulator = options.simulator is not None or (options.lab is not None and shared_place(options) is None)
+    is_real = options.clock == "real" or (options.clock is None and not has_simulator)
+    return ON_ROBOTS if is_real or options.ros is not None else 1
 
 
 def open_around(start: Start, part: str, strategy: StrategyText, runs: int | None, repeat: int) -> CampaignFolder:

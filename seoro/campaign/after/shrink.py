@@ -41,7 +41,7 @@ class Shrink:
         self.failure = start.failure(any_failure=any_failure)
         self.strategy = Shrinking(start.found.row.run, start.values, self.failure)
         text = StrategyText(name=SHRINK, options={"any_failure": any_failure})
-        folder = open_around(start, SHRINK, text, runs, repeats_for(start, repeat))
+        folder = open_around(start, SHRINK, text, runs, repeats_for(start.options, repeat))
         self.campaign = Campaign(folder, start.space, strategy=self.strategy)
 
     def conclude(self) -> Shrunk:
