@@ -14,6 +14,7 @@ from seoro.campaign.strategies.contract import Told
 from seoro.cli.main import main
 from tests.campaign.shrunk import FAILURE, carry_out, told
 from tests.campaign.spaces import SPAN, listed, ranged
+from tests.campaign.test_report import Reader
 
 SPACE = Space(
     (
@@ -94,6 +95,9 @@ scenario main:
     assert cells == [["load", "5", "passes at 2", "fails to 9", "yes"], ["mode", '"a"', 'fails with "b"', "no"]]
     report = write_report(Path("campaign")).read_text()
     assert "Neighbours of run 5" in report and "<td>passes at 2</td><td>fails to 9</td><td>yes</td>" in report
+    page = Reader()
+    page.feed(report)
+    assert not page.open and "Failed runs in detail" in page.headings
     Path("campaign/neighbours/000005/neighbours.json").write_text("{}")
     assert main(["campaign", "report", "campaign"]) == 2
     assert "neighbours.json: invalid result: Field required" in capsys.readouterr().err

@@ -240,3 +240,51 @@ def test_invalid_requests_are_refused(home: Path, capsys: pytest.CaptureFixture[
     ):
         assert main(["campaign", "shrink", "campaign", *arguments]) == 2
         assert message in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_failure_in_a_simulator_repeats_and_shrinks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("worlds").mkdir()
+    Path("tests").mkdir()
+    world = "name: plain\nrobots:\n  - {robot: turtlebot4, name: robot}\nextent: [-2.0, -2.0, 2.0, 2.0]\n"
+    Path("worlds/plain.yaml").write_text(world)
+    Path("tests/drive.osc").write_text("""import osc.driving
+import osc.helpers
+scenario main:
+    robot: differential_drive_robot
+    pace: speed
+    keep(pace in [0.1mps..0.3mps])
+    keep(default pace == 0.15mps)
+    limit: speed
+    turn: bool
+    keep(turn in [true, false])
+    do serial:
+        robot.drive(linear: pace, duration: 0.4s)
+        compare(pace, "<", limit)
+""")
+    command = [
+        "campaign",
+        "run",
+        "tests/drive.osc",
+        "--strategy",
+        "random",
+        "--runs",
+        "3",
+        "--seed",
+        "3",
+        "-j",
+        "1",
+    ]
+    options = ["--sim", "mujoco", "--world", "worlds/plain.yaml", "--rate", "max", "--set", "limit=0.2mps"]
+    assert main([*command, *options, "-j", "1"]) == 1
+    number = next(row["run"] for row in table("campaign/runs.csv") if row["status"] == "failed")
+    assert main(["campaign", "replay", "campaign", number]) == 0
+    assert f"equal: the trace is that of run {number} to the bit" in capsys.readouterr().out
+    assert main(["campaign", "shrink", "campaign", number, "-j", "1", "-o", "small/one.osc"]) == 0
+    assert "seoro exec small/one.osc --rate max\n  it fails the same way" in capsys.readouterr().out
+    text = Path("small/one.osc").read_text()
+    assert "# seoro: world ../worlds/plain.yaml\n" in text and "# seoro: set pace=0.2mps\n" in text
+    assert main(["exec", "small/one.osc", "--sim", "mujoco", "--rate", "max"]) == 1

@@ -8,6 +8,7 @@ from typing import Final
 
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.store.folder import CampaignFile, find_planned, read_campaign, read_rows
+from seoro.campaign.store.index import RowIndex
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
 
@@ -74,6 +75,8 @@ def _find_row(folder: Path, text: str) -> Row:
     if not text or not set(text) <= set("0123456789abcdef"):
         raise UsageError(f"invalid run `{text}`: expected its number, or the beginning of its id")
     number = int(text) if text.isdecimal() else 0
+    if number and (found := RowIndex(folder).find(number)) is not None:
+        return found
     alike: list[Row] = []
     last = 0
     for row in read_rows(folder):

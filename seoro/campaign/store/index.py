@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from array import array
+from bisect import bisect_left
 from collections.abc import Iterator
 from contextlib import ExitStack
 from itertools import islice
@@ -33,6 +34,7 @@ class RowIndex:
     def __init__(self, folder: Path) -> None:
         self._shards = shards_of(folder)
         numbers, self._places, self._passed = array("q"), array("q"), bytearray()
+        self._numbers = numbers
         for number, place, end in self._found():
             if end != End.IMPOSSIBLE.value:
                 numbers.append(number)
@@ -50,6 +52,13 @@ class RowIndex:
 
     def __iter__(self) -> Iterator[Row]:
         return self._read(self._order)
+
+    def find(self, run: int) -> Row | None:
+        """Return the row of a run; None if it is unknown or excluded."""
+        place = bisect_left(self._order, run, key=self._numbers.__getitem__)
+        if place == len(self._order) or self._numbers[self._order[place]] != run:
+            return None
+        return next(self._read(array("l", [self._order[place]])))
 
     def most_important(self, most: int) -> Iterator[Row]:
         """Yield some rows in order: those of runs that did not pass come before those of others.
