@@ -106,9 +106,8 @@ bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/ros2_wire.py
 	@$(BIN)/python benchmarks/network.py
 
-experiment-localisation: $(VENV)/.user  ## faults of a lidar and the error of the localisation: 192 runs, results in out/localisation
-	@$(BIN)/seoro campaign run scenarios/experiments/localisation.osc --sim $(SIM) --world maze --rate max --seed 0 --repeat 3 \
-		-o out/localisation --overwrite || test $$? -eq 1
+experiment-localisation: $(VENV)/.user  ## faults of a lidar and the error of the localisation: 360 runs, results in out/localisation
+	@$(BIN)/seoro campaign run scenarios/experiments/localisation.yaml --sim $(SIM) -o out/localisation --overwrite || test $$? -eq 1
 	@$(BIN)/python benchmarks/localisation_experiment.py out/localisation --simulator $(SIM)
 
 experiment-engines: $(VENV)/.dev  ## compare scenarios in MuJoCo and PyBullet, as a table

@@ -16,6 +16,7 @@ import statistics
 import numpy as np
 
 from seoro.bridges.wire import GaussianNoise, Occurrence, Quantity
+from seoro.campaign.statistics.rates import fixed_bounds
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.mujoco.engine import MujocoEngine
 from sim_nodes.navigation import arcs, obstacles
@@ -73,11 +74,16 @@ def drive(std: float, seed: int) -> tuple[str, float, float, float]:
     return ended, simulation.time, measured.path_length, measured.localisation_error or 0.0
 
 
+def _open(ranges: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return ranges as they are, in place of `arcs._closed`."""
+    return ranges
+
+
 def main() -> None:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
     parser.add_argument("--places", type=int, default=60, metavar="N")
-    parser.add_argument("--seeds", type=int, default=3, metavar="N")
+    parser.add_argument("--seeds", type=int, default=30, metavar="N")
     options = parser.parse_args()
 
     results = [find_itself(number) for number in range(options.places)]
@@ -86,16 +92,24 @@ def main() -> None:
     print(f"{len(found)} of {options.places} found themselves, {wrong} elsewhere")
     print(f"in {statistics.median(found):.1f} s (median), {max(found):.1f} s at most\n")
 
-    print("noise  count  neighbours  seed  ended      simulated  path    error")
-    hits, most, neighbours = obstacles.HITS, obstacles.MOST, arcs.NEIGHBOURS
+    print("noise  count  neighbours  arrived    95 % confidence  path, median and range     error, mean")
+    hits, most, neighbours, closed = obstacles.HITS, obstacles.MOST, arcs.NEIGHBOURS, arcs._closed
     for count, agree in ((True, True), (False, True), (True, False), (False, False)):
         obstacles.HITS, obstacles.MOST = (hits, most) if count else (1, 1)
         arcs.NEIGHBOURS = neighbours if agree else 1
+        arcs._closed = closed if agree else _open
         for std in (0.2, 0.4, 0.6):
-            for seed in range(options.seeds):
-                ended, time, path, error = drive(std, seed)
-                words = f"{'yes' if count else 'no':5}  {'yes' if agree else 'no':10}"
-                print(f"{std:4} m  {words}  {seed:4}  {ended:9}  {time:7.1f} s  {path:4.1f} m  {error:.3f} m")
+            runs = [drive(std, seed) for seed in range(options.seeds)]
+            arrived = sum(ended == "succeeded" for ended, *_ in runs)
+            bounds = fixed_bounds(arrived, len(runs))
+            paths = sorted(path for _, _, path, _ in runs)
+            words = f"{'yes' if count else 'no':5}  {'yes' if agree else 'no':10}"
+            print(
+                f"{std:4} m  {words}  {arrived:3} of {len(runs):3}  {bounds.low:7.1%} to {bounds.high:6.1%}  "
+                f"{statistics.median(paths):5.1f} m, {paths[0]:.1f} to {paths[-1]:.1f} m  "
+                f"{statistics.mean(error for *_, error in runs):.3f} m",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ Runs of one seed are not: they share the world and its random streams. Correlati
 The effect of lost beams is small compared with that of noise, which hides it from a correlation over all runs. So
 runs are compared in pairs with the same seed and noise. The ratios of their errors are averaged over the noises of
 a seed, geometrically. The result is the mean over seeds, with its interval by Student's t of the logarithms, and
-the sign test: of how many seeds the error grows. Its p-values are adjusted for the number of shares by Holm's
+the sign test: of how many seeds the error grows. Its p-values are adjusted for the number of tests by Holm's
 method. All runs count, also failed ones.
 
 A conclusion is tested again in 20 resamples of the seeds, drawn with replacement.
@@ -27,6 +27,7 @@ import io
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +44,7 @@ NOISE, DROP = "noise.parameter_value", "drop.parameter_value"
 ERROR, REACHED = "turtlebot4.localisation_error", "turtlebot4.goals_reached"
 LEVEL = 0.95
 RESAMPLES = 20
-INK, LINE, BAND, PALE = "#2b303b", "#2f6fb7", "#9fc1e6", "#b8bec9"
+INK, LINE, PALE = "#2b303b", "#2f6fb7", "#b8bec9"
 
 
 @dataclass(frozen=True)
@@ -117,17 +118,17 @@ def _mean(values: np.ndarray) -> Estimate:
     return Estimate(mean, mean - half, mean + half)
 
 
-def log_ratios(runs: Runs, drop: float) -> np.ndarray:
+def log_ratios(runs: Runs, drop: float, noise: float | None = None) -> np.ndarray:
     """Logarithm of the error with a share of lost beams by that with the least share, for each seed.
 
-    It is the mean over pairs with the same seed and noise.
+    It is the mean over pairs with the same seed and noise; with one noise, that of this pair.
     """
     errors = {(seed, noise, lost): error for seed, noise, lost, error in _by_run(runs)}
     least = float(runs.drop.min())
     by_seed: dict[float, list[float]] = {}
-    for (seed, noise, lost), error in errors.items():
-        if lost == drop and (seed, noise, least) in errors:
-            by_seed.setdefault(seed, []).append(float(np.log(error / errors[seed, noise, least])))
+    for (seed, level, lost), error in errors.items():
+        if lost == drop and (seed, level, least) in errors and noise in (None, level):
+            by_seed.setdefault(seed, []).append(float(np.log(error / errors[seed, level, least])))
     return np.array([np.mean(ratios) for ratios in by_seed.values()])
 
 
@@ -139,26 +140,24 @@ def effect(ratios: np.ndarray) -> Effect:
     return Effect(interval, growing, falling, mcnemar(growing, falling))
 
 
-def survivals(runs: Runs, drop: float) -> tuple[int, int]:
-    """Return in how many resamples of the seeds conclusions hold.
+def survivals(values: np.ndarray) -> int:
+    """Return in how many resamples of the seeds the interval of a mean excludes 0, with the sign of all seeds.
 
-    Returns:
-        Number of resamples in which the error is larger with the highest noise than without. Then the number in
-        which the interval of the effect of lost beams does not contain 1.
+    Args:
+        values: Value of each seed.
     """
     random = np.random.default_rng(0)
-    seeds = np.unique(runs.seed)
-    most, least = (
-        np.array([_of(runs, seed, noise) for seed in seeds]) for noise in (runs.noise.max(), runs.noise.min())
-    )
-    ratios = log_ratios(runs, drop)
-    noise_matters = beams_matter = 0
-    for _ in range(RESAMPLES):
-        drawn = random.integers(0, len(seeds), len(seeds))
-        noise_matters += _mean((most - least)[drawn]).low > 0.0
-        found = effect(ratios[drawn]).ratio
-        beams_matter += found.low > 1.0 or found.high < 1.0
-    return noise_matters, beams_matter
+    sign = np.sign(values.mean())
+    drawn = (values[random.integers(0, len(values), len(values))] for _ in range(RESAMPLES))
+    return sum(_mean(sign * each).low > 0.0 for each in drawn)
+
+
+def noise_effect(runs: Runs) -> np.ndarray:
+    """The error with the highest noise less that with the least, for each seed."""
+    noises = runs.noise.max(), runs.noise.min()
+    most, least = (np.array([_of(runs, seed, noise) for seed in np.unique(runs.seed)]) for noise in noises)
+    difference: np.ndarray = most - least
+    return difference
 
 
 def _of(runs: Runs, seed: float, noise: float) -> float:
@@ -184,18 +183,23 @@ def summary(runs: Runs, simulator: str) -> str:
             f"Spearman correlation of error and {name}: {found.statistic:+.3f} (p = {found.pvalue:.1e})", file=text
         )
     drops = [float(drop) for drop in np.unique(runs.drop)[1:]]
-    effects = [effect(log_ratios(runs, drop)) for drop in drops]
-    for drop, each, p in zip(drops, effects, adjust([each.p for each in effects]), strict=True):
+    noises = [None, *(float(noise) for noise in np.unique(runs.noise))]
+    cases = [(drop, noise) for drop in drops for noise in noises]
+    ratios = [log_ratios(runs, *case) for case in cases]
+    effects = [effect(each) for each in ratios]
+    kept = f"of {RESAMPLES} resamples of the seeds"
+    print(f"noise makes the error larger in {survivals(noise_effect(runs))} {kept}", file=text)
+    if cases:
+        print("error with lost beams by that without, in pairs of one seed and noise:", file=text)
+    adjusted = adjust([each.p for each in effects])
+    for (drop, noise), values, each, p in zip(cases, ratios, effects, adjusted, strict=True):
+        at = "all noises" if noise is None else f"noise {noise:.1f} m"
         print(
-            f"error with {drop:.0%} lost beams by that without, in pairs of one seed and noise: "
-            f"{each.ratio.mean:.2f} ({each.ratio.low:.2f} to {each.ratio.high:.2f}); larger for {each.growing} "
-            f"and smaller for {each.falling} seeds, p = {p:.1e}",
+            f"  {drop:4.0%}, {at:11}: {each.ratio.mean:.2f} ({each.ratio.low:.2f} to {each.ratio.high:.2f}); "
+            f"larger for {each.growing} and smaller for {each.falling} seeds, p = {p:.1e}; "
+            f"interval without 1 in {survivals(values)} {kept}",
             file=text,
         )
-    if drops and seeds > 1:
-        noise_matters, beams_matter = survivals(runs, drops[-1])
-        print(f"noise makes the error larger in {noise_matters} of {RESAMPLES} resamples of the seeds", file=text)
-        print(f"{drops[-1]:.0%} lost beams change the error in {beams_matter} of {RESAMPLES}", file=text)
     for name, values, unit in (("noise", runs.noise, "m"), ("lost", runs.drop, "")):
         print(f"\n{name:>6}  error, mean over all others and {LEVEL:.0%} confidence interval", file=text)
         for value in np.unique(values):
@@ -230,7 +234,7 @@ def draw(runs: Runs, simulator: str, path: Path) -> None:
         axes.set_axisbelow(True)
         for side in ("top", "right"):
             axes.spines[side].set_visible(False)
-        axes.legend(frameon=False, fontsize=9, loc="upper left")
+        axes.legend(frameon=False, fontsize=9, loc="upper left" if axes is by_noise else "lower left")
     seeds = len(np.unique(runs.seed))
     size = f"{len(runs.error)} runs in {simulator}, {seeds} {'seed' if seeds == 1 else 'seeds'}"
     title = f"Error of the localisation with a faulty lidar: {size}"
@@ -262,32 +266,30 @@ def _draw_noise(axes: Axes, runs: Runs) -> None:
     """The error along the noise, over all shares of lost beams and for each seed."""
     values = np.unique(runs.noise)
     for seed in np.unique(runs.seed):
-        single = [_of(runs, seed, value) for value in values]
-        axes.plot(values, single, color=PALE, linewidth=0.7, zorder=1)
-    _draw_band(axes, values, [over_seeds(runs, runs.noise == value) for value in values])
+        axes.plot(values, [_of(runs, seed, value) for value in values], color=PALE, linewidth=0.7, zorder=1)
+    _draw_band(axes, values, [over_seeds(runs, runs.noise == value) for value in values], LINE, "mean")
     axes.set(xlabel="noise of ranges, standard deviation [m]", ylim=(0.0, None))
     axes.set_ylabel("error of the localisation [m]", color=INK)
     axes.set_title("by noise; grey: each seed", fontsize=11, color=INK)
 
 
 def _draw_effect(axes: Axes, runs: Runs) -> None:
-    """The factor of the error by lost beams, over seeds and for each seed."""
-    drops = np.unique(runs.drop)
-    ratios = np.array([log_ratios(runs, float(drop)) for drop in drops])  # by share and seed
-    for seed in range(ratios.shape[1]):
-        axes.plot(drops, np.exp(ratios[:, seed]), color=PALE, linewidth=0.7, zorder=1)
-    _draw_band(axes, drops, [effect(each).ratio for each in ratios])
+    """The factor of the error by lost beams along the noise, over seeds."""
+    noises = np.unique(runs.noise)
+    for drop, colour in zip(np.unique(runs.drop)[1:], cycle((LINE, "#c2571a", "#3f8f4f")), strict=False):
+        ratios = [effect(log_ratios(runs, float(drop), float(noise))).ratio for noise in noises]
+        _draw_band(axes, noises, ratios, colour, f"{drop:.0%} of the beams lost")
     axes.axhline(1.0, color=INK, linewidth=0.8, linestyle=":")
-    axes.set(xlabel="share of beams that are lost", ylim=(0.0, None))
+    axes.set(xlabel="noise of ranges, standard deviation [m]")
     axes.set_ylabel("error by that of equal runs without lost beams", color=INK)
-    axes.set_title("effect of lost beams; grey: each seed", fontsize=11, color=INK)
+    axes.set_title("effect of lost beams", fontsize=11, color=INK)
 
 
-def _draw_band(axes: Axes, values: np.ndarray, found: Sequence[Estimate]) -> None:
+def _draw_band(axes: Axes, values: np.ndarray, found: Sequence[Estimate], colour: str, label: str) -> None:
     low, high = [each.low for each in found], [each.high for each in found]
-    label = f"{LEVEL:.0%} confidence interval"
-    axes.fill_between(values, low, high, color=BAND, alpha=0.6, linewidth=0, zorder=2, label=label)
-    axes.plot(values, [each.mean for each in found], "o-", color=LINE, linewidth=2.2, zorder=3, label="mean")
+    axes.fill_between(values, low, high, color=colour, alpha=0.3, linewidth=0, zorder=2)
+    label = f"{label}, {LEVEL:.0%} interval"
+    axes.plot(values, [each.mean for each in found], "o-", color=colour, linewidth=2.2, zorder=3, label=label)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,7 +1,7 @@
 """Make the pictures of the documentation anew: `python docs/pictures.py`, or `make pictures`.
 
 Each picture is an output of a run in MuJoCo with a fixed seed. The heat map of the localisation experiment comes
-from a campaign of 192 runs.
+from a campaign of 360 runs.
 """
 
 from __future__ import annotations
@@ -67,9 +67,8 @@ def pick_and_place(folder: Path) -> Path:
 
 def localisation(folder: Path) -> Path:
     """Return the heat map of the localisation experiment."""
-    arguments = ["--sim", "mujoco", "--world", "maze", "--rate", "max", "--seed", "0", "--repeat", "3"]
-    campaign = (SEORO, "campaign", "run", "scenarios/experiments/localisation.osc", *arguments, "-o", str(folder))
-    _call(*campaign, statuses=(0, 1))  # runs with a bad lidar may fail
+    file = "scenarios/experiments/localisation.yaml"
+    _call(SEORO, "campaign", "run", file, "--sim", "mujoco", "-o", str(folder), statuses=(0, 1))
     _call(sys.executable, "benchmarks/localisation_experiment.py", str(folder), "--simulator", "MuJoCo")
     return folder / "localisation.png"
 

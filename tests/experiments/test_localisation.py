@@ -97,11 +97,19 @@ def test_the_effect_of_lost_beams_is_measured_by_paired_runs(analysis: ModuleTyp
 def test_conclusions_are_tested_again_in_resamples_of_the_seeds(analysis: ModuleType, tmp_path: Path) -> None:
     write(tmp_path)
     runs = analysis.read(tmp_path / "runs.csv")
-    worse = replace(runs, error=np.where(runs.drop > 0.0, 1.1 + 0.01 * runs.seed, 1.0) * runs.error)
-    assert analysis.survivals(worse, 0.5) == (20, 20)
-    noisy = np.where(runs.drop > 0.0, [0.5, 1.0, 2.0] * 6, 1.0)
-    noise_matters, beams_matter = analysis.survivals(replace(runs, error=noisy * runs.error), 0.5)
-    assert beams_matter < 10 <= noise_matters
+    assert analysis.survivals(analysis.noise_effect(runs)) == 20
+    assert analysis.survivals(np.array([-0.09, -0.1, -0.11] * 10)) == 20, "also of a smaller error"
+    assert analysis.survivals(np.array([-1.0, 0.1, 1.0] * 10)) < 5
+
+
+def test_the_effect_of_lost_beams_may_depend_on_the_noise(analysis: ModuleType, tmp_path: Path) -> None:
+    write(tmp_path)
+    runs = analysis.read(tmp_path / "runs.csv")
+    factor = np.where((runs.drop > 0.0) & (runs.noise == 0.2), 2.0, 1.0)
+    worse = replace(runs, error=factor * runs.error)
+    assert analysis.effect(analysis.log_ratios(worse, 0.5, 0.1)).ratio.mean == pytest.approx(1.0)
+    assert analysis.effect(analysis.log_ratios(worse, 0.5, 0.2)).ratio.mean == pytest.approx(2.0)
+    assert "50%, noise 0.2 m: 2.00" in analysis.summary(worse, "MuJoCo")
 
 
 def test_campaigns_with_other_seeds_are_read_together(analysis: ModuleType, tmp_path: Path) -> None:
