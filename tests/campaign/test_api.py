@@ -91,6 +91,22 @@ async def test_a_campaign_that_is_cancelled_while_it_starts_leaves_nothing_behin
     assert children() == before
 
 
+def test_an_event_loop_that_is_interrupted_leaves_nothing_behind(arguments: Arguments) -> None:
+    before = children()
+
+    async def main() -> None:
+        async with sc.start("main.osc", runs=400, **arguments) as campaign:
+            async for _ in campaign.runs():
+                asyncio.get_running_loop().call_soon(interrupt)
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt  # as by the second Ctrl-C, or a time limit of pytest
+
+    with pytest.raises(KeyboardInterrupt):
+        asyncio.run(main())
+    assert children() == before
+
+
 async def carry_out(arguments: Arguments) -> None:
     async with sc.start("main.osc", runs=400, **arguments) as campaign:
         await campaign.wait()

@@ -113,19 +113,25 @@ class _ForkServer:
         return process, self._ended[process]
 
     async def _listen(self) -> None:
+        try:
+            await self._receive()
+        finally:  # also if the event loop ends, which cancels all tasks
+            for ended in self._ended.values():
+                _end(ended, None)
+            if self._started is not None and not self._started.done():
+                self._started.set_exception(BrokenPipeError())
+
+    async def _receive(self) -> None:
+        """Receive reports until the fork server ends."""
         with suppress(asyncio.IncompleteReadError, OSError):
             while True:
                 what, process, code = REPORT.unpack(await self._reports.readexactly(REPORT.size))
                 if what == ProcessReport.ENDED:
-                    self._ended.pop(process).set_result(code)
+                    _end(self._ended.pop(process), code)
                     continue
                 self._ended[process] = asyncio.get_running_loop().create_future()
                 if self._started is not None:
                     self._started.set_result(process)
-        for ended in self._ended.values():
-            ended.set_result(None)
-        if self._started is not None:
-            self._started.set_exception(BrokenPipeError())
 
     async def close(self) -> None:
         """End it; its processes continue."""
@@ -136,7 +142,13 @@ class _ForkServer:
         except TimeoutError:
             self._process.kill()
             await self._process.wait()
-        await self._listening
+        await asyncio.wait([self._listening])
+
+
+def _end(ended: asyncio.Future[int | None], code: int | None) -> None:
+    """Set the exit status of a process, unless the task that waits for it was cancelled."""
+    if not ended.done():
+        ended.set_result(code)
 
 
 class Forks:
