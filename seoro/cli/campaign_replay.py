@@ -16,6 +16,7 @@ from seoro.cli import exec_command
 from seoro.cli.arguments import Commands, Parser, add_command, add_option, option_texts
 from seoro.cli.exit_status import OF_STATUS, Exit
 from seoro.cli.video_arguments import VIEWS, add_video_arguments
+from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
 
 
@@ -33,6 +34,10 @@ def replay(options: argparse.Namespace) -> int:
     """Run the subcommand."""
     found = find_run(options.folder, options.number)
     check_unchanged(found.campaign, f"run {found.row.run} cannot be repeated", "start another campaign")
+    if options.record_video is not None and found.campaign.manifest.options.simulator is None:
+        raise UsageError(
+            "`--record-video` needs a simulator, and the campaign has none", help="leave out the video"
+        )
     options.output_dir = options.output_dir or options.folder / REPLAYED / f"{found.row.run:06}"
     trace = options.output_dir / TRACE
     manifest = found.campaign.manifest

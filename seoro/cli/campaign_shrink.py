@@ -25,6 +25,7 @@ from seoro.cli.campaign_around import add_around, announce, carry_out, flaky_tex
 from seoro.cli.campaign_places import places_of
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import write_errors
+from seoro.cli.results import check_writable
 from seoro.cli.tables import table
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
@@ -81,6 +82,7 @@ def _check_file(file: Path, start: Start) -> None:
     if resolved(file) in {resolved(source.path) for source in start.scenario.files if source.path is not None}:
         raise UsageError(f"{file} is a file of the scenario", help="choose another file with `-o`")
     check_replaceable(file)
+    check_writable(file)
 
 
 def _print_values(shrunk: Shrunk, start: Start) -> None:

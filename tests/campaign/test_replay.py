@@ -79,6 +79,8 @@ def test_the_first_record_that_differs_is_shown(campaign: Path, capsys: pytest.C
     out = capsys.readouterr().out
     assert "different: the trace is not that of run 3" in out
     assert re.search(r"record \d+: `behavior.end` at 2.0 s: `t` was 2.5, is 2.0\n", out)
+    assert main(["campaign", "replay", "campaign", "3", "--record-video"]) == 2
+    assert "needs a simulator, and the campaign has none" in capsys.readouterr().err
     assert main(["campaign", "replay", "campaign", "1"]) == 1
     assert "did not keep its trace" in capsys.readouterr().out
 

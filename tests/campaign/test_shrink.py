@@ -237,6 +237,7 @@ def test_invalid_requests_are_refused(home: Path, capsys: pytest.CaptureFixture[
         (["2", "-o", "main.osc"], "main.osc is a file of the scenario"),
         (["2", "-o", "other.osc"], "other.osc exists, and was not written by seoro campaign"),
         (["2", "-o", "small"], "expected a scenario file for `-o`, found small"),
+        (["2", "-o", "other.osc/one.osc"], "cannot write other.osc"),
     ):
         assert main(["campaign", "shrink", "campaign", *arguments]) == 2
         assert message in capsys.readouterr().err
