@@ -13,9 +13,11 @@ import pytest
 
 import seoro
 import seoro.campaign as sc
+from seoro.campaign.asking import CampaignFields
 from seoro.campaign.reader import RowReader
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.folder import RUNS
+from seoro.embed.options import OptionFields
 from seoro.errors import UsageError
 
 TEXT = """import osc.types
@@ -197,6 +199,13 @@ async def test_a_slow_reader_gets_each_row_once(tmp_path: Path, monkeypatch: pyt
     reader.finish()
     got += [row.run async for row in reader]
     assert sorted(got) == [number for number in range(1, 21) if number != 5]
+
+
+def test_every_argument_is_documented() -> None:
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "campaign_python.md"
+    table = "".join(line.partition(" | ")[0] for line in page.read_text().splitlines() if line.startswith("| `"))
+    own = CampaignFields.__annotations__.keys() - OptionFields.__annotations__.keys()
+    assert [name for name in own if f"`{name}`" not in table] == []
 
 
 def test_the_package_is_light() -> None:
