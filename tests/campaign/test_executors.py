@@ -77,6 +77,7 @@ def test_rows_are_those_of_this_machine(command: Command, lab: RunningExecutor) 
     assert anyio.run(runs_at, lab.endpoint) == [], "nothing is left at the executor"
 
 
+@pytest.mark.slow
 def test_executors_and_this_machine_share_the_runs(command: Command) -> None:
     assert main(command("--runs", "60", "--on", "local", "-j", "1", "--keep", "none")) == 1
     assert [int(row["run"]) for row in table()] == list(range(1, 61))
@@ -107,6 +108,7 @@ async def die(ctx: ActionContext, number: int) -> None:
     assert len({row["worker"] for row in table()}) == 4
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_runs_at_the_executor(command: Command, lab: RunningExecutor) -> None:
     process = start(*command("--runs", "100000", "--keep", "none")[1:])
     try:

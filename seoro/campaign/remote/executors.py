@@ -170,7 +170,8 @@ class ExecutorEngine:
             keep=self._campaign.keep,
             parquet=self._campaign.parquet,
         )
-        run = await self._client.submit_bundle(self._name, self._bundle, STOP_IF_LOST, campaign=campaign)
+        with anyio.CancelScope(shield=True):  # or a submitted worker would be left
+            run = await self._client.submit_bundle(self._name, self._bundle, STOP_IF_LOST, campaign=campaign)
         worker = RemoteWorker(run, self._limit, self._note_change)
         following = asyncio.create_task(worker.follow())  # also while this task is cancelled
         self._workers.append(worker)
