@@ -39,13 +39,13 @@ from sim_nodes.physics import (
 from sim_nodes.pybullet import captured_output
 from sim_nodes.pybullet.built_in import Weightless, pass_through
 from sim_nodes.pybullet.camera import add_floor, draw, measure
+from sim_nodes.pybullet.drives import PybulletDrive
 from sim_nodes.pybullet.joints import (
     BODY_B,
     DISTANCE,
     LINK_A,
     PlacedShapes,
     PybulletArm,
-    PybulletDrive,
     is_touching,
 )
 from sim_nodes.pybullet.mimic import remove_gears

@@ -10,7 +10,7 @@ import numpy as np
 from seoro.deferred import dataclass
 from sim_nodes.geometry import rotation_matrix
 from sim_nodes.physics import BodyState
-from sim_nodes.pybullet.joints import PybulletDrive
+from sim_nodes.pybullet.drives import PybulletDrive
 from sim_nodes.pybullet.model import BASE
 from sim_nodes.robots.kinematics import AT_REST, base_motion
 from sim_nodes.robots.traction import COASTING, RESPONSE, Traction

@@ -30,7 +30,8 @@ from sim_nodes.extents import box_around
 from sim_nodes.geometry import Array, Quaternion, Vector
 from sim_nodes.journal import Mark
 from sim_nodes.physics import BodyState, ContactPoint, Part
-from sim_nodes.pybullet.joints import ArmCommand, DriveCommand
+from sim_nodes.pybullet.drives import DriveCommand
+from sim_nodes.pybullet.joints import ArmCommand
 from sim_nodes.pybullet.model import BASE, link_frame
 from sim_nodes.pybullet.work import WorkDone
 

@@ -11,13 +11,13 @@ from sim_nodes.cameras import png
 from sim_nodes.geometry import Vector
 from sim_nodes.messages import FARTHEST, body_state, check_pose, sample_message
 from sim_nodes.outcomes import incorrect_state, operation_failed
+from sim_nodes.sensor_watches import BumperWatch, ForceWatch, RangeWatch, RateWatch, SampleWatch, SightWatch
 from sim_nodes.sensors.base import Bumper
 from sim_nodes.sensors.imaging import Segmentation
 from sim_nodes.sensors.load import ForceTorque
 from sim_nodes.simulator import Simulator
 from sim_nodes.ticks import TICK
 from sim_nodes.views import MAX_FOV, MAX_SIZE, MIN_FOV, MIN_SIZE, Lens
-from sim_nodes.watches import BumperWatch, ForceWatch, RangeWatch, RateWatch, SampleWatch, SightWatch
 
 BUMPER = "bumper"
 LONGEST = 3600.0  # [s] maximum period for counting samples

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field
 from itertools import chain
 from pathlib import Path
 
@@ -17,25 +17,22 @@ from sim_nodes.buildings.schema import MAX_PARTS
 from sim_nodes.departures import is_within
 from sim_nodes.files import bundled_names, validate
 from sim_nodes.geodesy import GeoPoint
-from sim_nodes.geometry import Array, Pose2, quaternion
+from sim_nodes.geometry import Array, quaternion
 from sim_nodes.navigation.maps import build_map
 from sim_nodes.physics import PlacedRobot, Scene, Wall
-from sim_nodes.robots.declaration import RobotDeclaration
-from sim_nodes.robots.reading import available_robots, load_robot, read_robot
-from sim_nodes.robots.sensor_declarations import GpsDeclaration
 from sim_nodes.terrain.ground import FLAT, Ground
-from sim_nodes.terrain.placing import grounded, radius_of, stance, steepness
+from sim_nodes.terrain.placing import grounded
 from sim_nodes.terrain.reading import read_ground
 from sim_nodes.views import DAYLIGHT, Lens, Light, View, looking_at
 from sim_nodes.worlds.paths import RobotPath, read_paths
 from sim_nodes.worlds.poses import START_RADIUS, NamedPose, free_start, read_pose
 from sim_nodes.worlds.props import Prop, check_placement, read_prop
+from sim_nodes.worlds.robots import placed_robots
 from sim_nodes.worlds.schema import CameraFile, PropFile, RobotFile, WallFile, WorldFile
 from sim_nodes.worlds.sources import START, as_world, described
 from sim_nodes.worlds.surroundings import Surroundings, check_names, read_surroundings, static_outlines
 
 FOLDER = Path(__file__).parent
-STEEPEST = 0.6  # [rad] slope on which robots start
 
 
 class WorldError(Exception):
@@ -195,7 +192,7 @@ def _world(file: WorldFile, folder: Path, seed: int) -> World:
     outlines = static_outlines(props, ground)
     if START not in starts and any(robot.pose.at == START for robot in file.robots):
         starts[START] = free_start(build_map(extent, walls, outlines), START_RADIUS)
-    robots = _robots(file, folder, starts, ground)
+    robots = placed_robots(file, folder, starts, ground)
     check_placement(robots, extent)
     building = _building(file, surroundings, ground)
     has_paths = any(robot.path is not None for robot in file.robots)
@@ -274,77 +271,6 @@ def _entity_tags(file: WorldFile) -> dict[str, tuple[str, ...]]:
     for entity in _entities(file):
         tags.setdefault(entity.name, {}).update(dict.fromkeys(entity.tags))
     return {name: tuple(of) for name, of in tags.items() if of}
-
-
-def _robots(file: WorldFile, folder: Path, starts: Mapping[str, Pose2], ground: Ground) -> tuple[PlacedRobot, ...]:
-    placed = []
-    for index, robot in enumerate(file.robots):
-        declaration = _declaration(robot.robot, f"robots.{index}.robot", folder)
-        pose = _start(robot, index, starts)
-        if robot.pose.z and not declaration.fixed:
-            raise FileError(f"robots.{index}.pose.z: unexpected z: a {robot.robot} stands on the floor; remove it")
-        if robot.battery is not None:
-            if declaration.mobile is None:
-                raise FileError(
-                    f"robots.{index}.battery: unexpected battery: a {robot.robot} does not drive; remove it"
-                )
-            mobile = declaration.mobile.model_copy(update={"battery": robot.battery})
-            declaration = declaration.model_copy(update={"mobile": mobile})
-        for sensor in declaration.sensors:
-            if isinstance(sensor, GpsDeclaration) and file.geo_origin is None:
-                raise FileError(
-                    f"robots.{index}: {robot.name!r} has a GPS, {sensor.name!r}; expected `geo_origin` of "
-                    "the world (`latitude`, `longitude`, `altitude`)"
-                )
-        placed.append(_standing(PlacedRobot(robot.name, declaration, pose, robot.pose.z), index, ground))
-    return tuple(placed)
-
-
-def _standing(robot: PlacedRobot, index: int, ground: Ground) -> PlacedRobot:
-    """Return a robot on the ground; a fixed one has its own height, if it has one."""
-    if ground.is_flat or (robot.declaration.fixed and robot.height):
-        return robot
-    x, y, _ = robot.pose
-    if robot.declaration.fixed:
-        return replace(robot, height=ground.height(x, y))
-    height, tilt = stance(ground, x, y, radius_of(robot.declaration))
-    if steepness(tilt) > STEEPEST:
-        raise FileError(
-            f"robots.{index}.pose: {robot.name!r} at x {x:g} m, y {y:g} m would stand on a slope of "
-            f"{steepness(tilt):.2f} rad; expected at most {STEEPEST} rad"
-        )
-    return replace(robot, height=height, tilt=tilt)
-
-
-def _start(robot: RobotFile, index: int, starts: Mapping[str, Pose2]) -> Pose2:
-    pose = Pose2(robot.pose.x, robot.pose.y, robot.pose.yaw)
-    if robot.pose.at is None:
-        return pose
-    if robot.pose.at not in starts:
-        known = ", ".join([*starts, *({START} - starts.keys())])
-        raise FileError(f"robots.{index}.pose.at: unknown pose {robot.pose.at!r} (poses: {known})")
-    return starts[robot.pose.at].compose(pose)
-
-
-def _declaration(robot: str, place: str, folder: Path) -> RobotDeclaration:
-    if robot.endswith(".yaml"):
-        return _own_robot(folder / robot, place)
-    if robot not in available_robots():
-        known = ", ".join(available_robots())
-        raise FileError(
-            f"{place}: unknown kind of robot {robot!r} (kinds: {known}, or the path of a declaration, .yaml)"
-        )
-    try:
-        return load_robot(robot)
-    except FileError as error:
-        raise FileError(f"{place}: {error}") from error
-
-
-def _own_robot(path: Path, place: str) -> RobotDeclaration:
-    try:
-        return read_robot(path)
-    except FileError as error:
-        raise FileError(f"{place}: {error}") from error
 
 
 def _camera(camera: CameraFile) -> View:
