@@ -91,6 +91,7 @@ def test_each_possible_combination_is_run_once(write: Write, capsys: pytest.Capt
     assert properties["parameter.noise"] == "0.2"
 
 
+@pytest.mark.slow
 def test_the_same_runs_result_from_other_workers(write: Write) -> None:
     tables = []
     for jobs in ("1", "2"):
@@ -197,7 +198,7 @@ async def die(ctx: ActionContext, number: int) -> None:
     (tmp_path / "main.osc").write_text(DEADLY)
 
 
-@pytest.mark.parametrize("isolation", ["worker", "run", "process"])
+@pytest.mark.parametrize("isolation", ["worker", "run", pytest.param("process", marks=pytest.mark.slow)])
 def test_a_run_that_ends_its_process_costs_itself_only(deadly: None, isolation: str) -> None:
     assert main(["campaign", "run", "main.osc", "--isolation", isolation, *VIRTUAL]) == 3
     assert [(row["number"], row["status"]) for row in table()] == [

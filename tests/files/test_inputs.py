@@ -23,6 +23,7 @@ OWN = {
     "seoro/security/network/authorizer.py": "a lock",
     "seoro/bundle/unpack.py": "blobs of the executor",
     "seoro/files/cache.py": "its own cache",
+    "seoro/campaign/dask/tasks.py": "files of its own runs",
     "seoro/campaign/store/lines.py": "rows that it writes",
     "seoro/campaign/work/running.py": "/proc",
     "sim_nodes/models/decomposition.py": "arrays between its own processes",

@@ -318,8 +318,9 @@ class RobotServer:
     async def cancel_goal(self, request: wire.CancelGoal) -> None:
         await self._work.cancel(request.id)
 
-    async def cancel_watch(self, request: wire.CancelWatch) -> None:
+    async def cancel_watch(self, request: wire.CancelWatch) -> wire.CancelledWatch:
         await self._work.cancel(request.id)
+        return wire.CancelledWatch()  # its watches have no measures
 
     # -------------------------------------------------------- the lab
 

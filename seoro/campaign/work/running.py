@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import platform
 import time
@@ -28,6 +29,8 @@ from seoro.errors import CONFLICT, BackendError, InvalidScenario, UsageError
 from seoro.lab.selectors import split_selectors
 from seoro.runtime.verdict import RunStatus
 
+DYING: Final = 20  # looks at a simulator that has lost the connection
+DYING_PERIOD: Final = 0.05  # [s] between two looks
 TRACE: Final = "trace.jsonl"
 _TICKS: Final = os.sysconf("SC_CLK_TCK")  # [1/s] of processor time in /proc
 _NOTHING: Final[dict[str, Any]] = {}
@@ -60,6 +63,7 @@ class Worker:
         self._scratch = Scratch(job.folder / KEPT / f".{name}")
         self._run: Run | None = None
         self._is_stopped = False
+        self._is_lost = False  # the simulator, maybe
 
     def close(self) -> None:
         """Remove the files of the present run."""
@@ -94,7 +98,7 @@ class Worker:
         end = await self._end(planned)
         if self._is_stopped:
             raise Stopped
-        if self._simulator is not None and self._simulator_fields() is None:
+        if self._simulator is not None and await self._has_simulator_died():
             raise SimulatorDied
         return row_of(
             planned,
@@ -150,6 +154,7 @@ class Worker:
                 return {"status": End.IMPOSSIBLE, "values": planned.values, "reason": error.message}
             return _error(planned, error.message, str(error.span or ""))
         except (InvalidScenario, BackendError) as error:
+            self._is_lost = isinstance(error, BackendError)
             return _error(planned, str(error).splitlines()[0])
         finally:
             self._run = None
@@ -195,7 +200,18 @@ class Worker:
         try:
             return dict(of_robots(await run.simulator.ask(GET_MEASUREMENTS, Empty())))
         except BackendError:
+            self._is_lost = True
             return _NOTHING
+
+    async def _has_simulator_died(self) -> bool:
+        """Return whether the simulator has died; a process that dies closes its connections first."""
+        for _ in range(DYING if self._is_lost else 1):
+            if self._simulator_fields() is None:
+                return True
+            if self._is_lost:
+                await asyncio.sleep(DYING_PERIOD)
+        self._is_lost = False
+        return False
 
     def _simulator_time(self) -> float:
         """Return the processor time of the simulator so far [s]; 0 without one."""
