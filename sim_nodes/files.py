@@ -6,21 +6,17 @@ from collections.abc import Container, Iterable, Sequence
 from importlib import resources
 from itertools import chain, islice
 from pathlib import Path
-from typing import TypeVar
 from urllib.parse import unquote
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from seoro.bridges.models import files_in
 from seoro.files.inputs import resolved
-from seoro.files.yaml_lines import FileError, Lines, describe_errors
 
 NAME = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 """Pattern of names of entities and parts of robots."""
 FILE = "file://"
 MAX_FILES = 1000  # examined for one list
-
-M = TypeVar("M", bound=BaseModel)
 
 
 class Declared(BaseModel):
@@ -64,15 +60,3 @@ def bundled_names(package: str) -> tuple[str, ...]:
     """Return the names of the YAML files of a package, without suffix, sorted."""
     files = resources.files(package).iterdir()
     return tuple(sorted(entry.name.removesuffix(".yaml") for entry in files if entry.name.endswith(".yaml")))
-
-
-def validate(model: type[M], content: object, lines: Lines) -> M:
-    """Validate the content of a file.
-
-    Raises:
-        FileError: The content is invalid; the message lists all errors with their lines.
-    """
-    try:
-        return model.model_validate(content)
-    except ValidationError as error:
-        raise FileError(describe_errors(error, lines, model)) from error

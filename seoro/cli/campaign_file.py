@@ -10,15 +10,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import ValidationError
-
 from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.strategies.choice import STRATEGIES
 from seoro.cli.arguments import Parser
 from seoro.cli.campaign_keys import CampaignKeys, Plain, RateKeys, SimulatorKeys
 from seoro.errors import UsageError
 from seoro.files.world_names import WORLD_FILES, WorldName
-from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
+from seoro.files.yaml_lines import Lines, read_settings
 from seoro.lang.diagnostics import near
 from seoro.lang.frozen import Value
 
@@ -73,7 +71,7 @@ def use_campaign_file(options: argparse.Namespace) -> None:
         UsageError: The file cannot be read or is invalid; the message has the file and the line.
     """
     path = Path(options.file)
-    keys, lines = _read(path)
+    keys, lines = read_settings(path, CampaignKeys)
     scenario = path.parent / keys.scenario
     if not scenario.is_file():
         raise UsageError(f"{lines.at(('scenario',))}: scenario: file not found: {scenario}")
@@ -90,18 +88,6 @@ def use_campaign_file(options: argparse.Namespace) -> None:
     for name, value in vars(parser.parse_args([*words, *given])).items():
         setattr(options, name, value)
     options.file = str(scenario)
-
-
-def _read(path: Path) -> tuple[CampaignKeys, Lines]:
-    try:
-        text = read_text(path)
-        content = read_yaml(text, str(path))
-        lines = Lines(text, str(path))
-        return CampaignKeys.model_validate(content), lines
-    except FileError as error:
-        raise UsageError(str(error)) from error
-    except ValidationError as error:
-        raise UsageError(describe_errors(error, lines, CampaignKeys)) from error
 
 
 def _is_replaced(option: _Option, options: argparse.Namespace) -> bool:

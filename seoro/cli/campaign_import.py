@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import yaml
-from pydantic import ValidationError
 
 from seoro.campaign.vast.schema import VastFile
 from seoro.campaign.vast.translation import Study, Target, Translation, translate
@@ -17,7 +16,7 @@ from seoro.cli.files import count, write_errors
 from seoro.embed import load
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, read_input
-from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
+from seoro.files.yaml_lines import Lines, read_settings
 from seoro.lang.check.plan_types import type_name
 from seoro.lang.lower.lower import find_entry
 from seoro.lang.program import Program
@@ -36,7 +35,7 @@ def add_import(commands: Commands) -> None:
 def import_vast(options: argparse.Namespace) -> Exit:
     """Run the command."""
     path: Path = options.file
-    file, lines = _read(path)
+    file, lines = read_settings(path, VastFile)
     scenario = path.parent / file.execution.scenario_file
     if not scenario.is_file():
         place = lines.at(("execution", "scenario_file"))
@@ -54,18 +53,6 @@ def import_vast(options: argparse.Namespace) -> Exit:
             print(f"  {target}")
     _print_notes(found, lines)
     return Exit.PASSED
-
-
-def _read(path: Path) -> tuple[VastFile, Lines]:
-    try:
-        text = read_text(path)
-        content = read_yaml(text, str(path))
-        lines = Lines(text, str(path))
-        return VastFile.model_validate(content), lines
-    except FileError as error:
-        raise UsageError(str(error)) from error
-    except ValidationError as error:
-        raise UsageError(describe_errors(error, lines, VastFile)) from error
 
 
 def _target(path: Path, file: str) -> Target:

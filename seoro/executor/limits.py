@@ -10,13 +10,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 from seoro.bridges.executor import messages as wire
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import UsageError
-from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
+from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml, validate
 from seoro.security.keys.roles import PEOPLE
 
 MEBIBYTE: Final = 1 << 20
@@ -225,16 +225,12 @@ def read_policy(path: Path) -> Policy:
     """
     try:
         text = read_text(path)
-        data = read_yaml(text, str(path))
-        policy = Policy.model_validate({} if data is None else data)
+        data, lines = read_yaml(text, str(path)), Lines(text, str(path))
+        policy = validate(Policy, {} if data is None else data, lines)
     except FileError as error:
         raise UsageError(str(error)) from error
-    except ValidationError as error:
-        raise UsageError(describe_errors(error, Lines(text, str(path)), Policy)) from error
     known = [role.value for role in PEOPLE]
     for role in policy.roles:
         if role not in known:
-            raise UsageError(
-                f"{Lines(text, str(path)).at(['roles', role])}: unknown role '{role}' (roles: {', '.join(known)})"
-            )
+            raise UsageError(f"{lines.at(['roles', role])}: unknown role '{role}' (roles: {', '.join(known)})")
     return policy

@@ -6,16 +6,19 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from seoro.errors import UsageError
 from seoro.files.inputs import Kind, failure_reason, read_input_text
 from seoro.files.plain_yaml import load_yaml
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
+
+M = TypeVar("M", bound=BaseModel)
 
 
 class FileError(Exception):
@@ -94,7 +97,40 @@ def read_yaml(text: str, source: str) -> Any:
         raise FileError(f"{source}: invalid YAML: {error}") from error
 
 
-def describe_errors(error: ValidationError, lines: Lines, model: type[BaseModel]) -> str:
+def read_settings(path: Path, model: type[M]) -> tuple[M, Lines]:
+    """Read and validate a YAML file.
+
+    Args:
+        path: The file.
+        model: Model of its content.
+
+    Returns:
+        The content, and the lines of the file.
+
+    Raises:
+        UsageError: The file cannot be read or is invalid; the message has the file and the lines.
+    """
+    try:
+        text = read_text(path)
+        content, lines = read_yaml(text, str(path)), Lines(text, str(path))
+        return validate(model, content, lines), lines
+    except FileError as error:
+        raise UsageError(str(error)) from error
+
+
+def validate(model: type[M], content: object, lines: Lines) -> M:
+    """Validate the content of a file.
+
+    Raises:
+        FileError: The content is invalid; the message lists all errors with their lines.
+    """
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        raise FileError(_describe_errors(error, lines, model)) from error
+
+
+def _describe_errors(error: ValidationError, lines: Lines, model: type[BaseModel]) -> str:
     """Describe all errors of a file, with the line and the place of each.
 
     Args:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
 from seoro.files.world_names import WorldName
-from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
+from seoro.files.yaml_lines import Lines, read_settings
 from seoro.lab.schema import BridgeFile, LabFile, RobotFile, SimulatorFile
 
 
@@ -132,14 +130,7 @@ def read_lab(path: Path) -> Lab:
     Raises:
         UsageError: The file cannot be read or is invalid; the message has the file and the line.
     """
-    try:
-        text = read_text(path)
-        content = read_yaml(text, str(path))
-        lines = Lines(text, str(path))
-        lab = Lab(LabFile.model_validate(content), lines, path.parent)
-    except FileError as error:
-        raise UsageError(str(error)) from error
-    except ValidationError as error:
-        raise UsageError(describe_errors(error, lines, LabFile)) from error
+    file, lines = read_settings(path, LabFile)
+    lab = Lab(file, lines, path.parent)
     lab.check()
     return lab

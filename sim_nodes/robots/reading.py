@@ -9,8 +9,8 @@ from pathlib import Path
 
 from seoro.bridges.model_files import InvalidModel, gather
 from seoro.bridges.wire.refusal import RequestRefused, name_list
-from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
-from sim_nodes.files import bundled_names, validate
+from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml, validate
+from sim_nodes.files import bundled_names
 from sim_nodes.models import parse_model
 from sim_nodes.models.xml_reading import invalid
 from sim_nodes.physics import BodyModel

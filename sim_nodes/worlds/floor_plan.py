@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
-from sim_nodes.files import validate
+from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml, validate
 from sim_nodes.geometry import Pose2
 from sim_nodes.physics import Wall
 from sim_nodes.worlds.pictures import read_darkness

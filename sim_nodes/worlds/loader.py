@@ -10,12 +10,12 @@ from pathlib import Path
 from seoro.deferred import dataclass
 from seoro.files.inputs import Kind, read_input_text
 from seoro.files.world_names import WORLD_FILES, WorldName
-from seoro.files.yaml_lines import FileError, Lines, read_yaml
+from seoro.files.yaml_lines import FileError, Lines, read_yaml, validate
 from sim_nodes.agents.schema import AgentFile
 from sim_nodes.buildings.parts import BuildingPart, make_door, make_lift
 from sim_nodes.buildings.schema import MAX_PARTS
 from sim_nodes.departures import is_within
-from sim_nodes.files import bundled_names, validate
+from sim_nodes.files import bundled_names
 from sim_nodes.geodesy import GeoPoint
 from sim_nodes.geometry import Array, quaternion
 from sim_nodes.navigation.maps import build_map

@@ -8,8 +8,8 @@ from pathlib import Path
 from pydantic import Field
 
 from seoro.deferred import dataclass
-from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml
-from sim_nodes.files import Declared, bundled_names, validate
+from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml, validate
+from sim_nodes.files import Declared, bundled_names
 
 
 class ReferenceFile(Declared):

@@ -11,11 +11,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from seoro.bridges.ros2.wire.names import InvalidName, resolve
 from seoro.errors import UsageError
-from seoro.files.yaml_lines import FileError, Lines, describe_errors, read_text, read_yaml
+from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml, validate
 
 
 def _checked_name(name: str) -> str:
@@ -263,10 +263,6 @@ def read_profile(profile: str) -> Profile:
                 f"unknown profile '{profile}'",
                 help=f"profiles: {', '.join(available_profiles())}, or the path of a .yaml file",
             )
-        content = read_yaml(text, profile)
-        lines = Lines(text, profile)
-        return Profile.model_validate(content)
+        return validate(Profile, read_yaml(text, profile), Lines(text, profile))
     except FileError as error:
         raise UsageError(str(error)) from error
-    except ValidationError as error:
-        raise UsageError(describe_errors(error, lines, Profile)) from error
