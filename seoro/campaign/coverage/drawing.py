@@ -12,7 +12,6 @@ from seoro.campaign.space.axes import Axis
 from seoro.embed.scenarios import Scenario
 from seoro.errors import CONFLICT, UsageError
 from seoro.lang import plan as plan_
-from seoro.lang.frontend import lower
 from seoro.lang.frozen import Value
 from seoro.lang.lower.outside import ORIGIN
 from seoro.lang.plan import AnyCoverageItem, Plan
@@ -115,7 +114,7 @@ class InputSpace:
         from seoro.runtime.parameters.parameters import make_entry  # noqa: PLC0415 - loads most of the runtime
 
         constraints = (*self._constraints, *wanted.constraints)
-        plan = lower(self._scenario.checked, self._name, self._overrides, constraints)
+        plan = self._scenario.plan(self._name, self._overrides, constraints)
         reasons: tuple[str, ...] = ()
         for attempt in range(ATTEMPTS):
             try:

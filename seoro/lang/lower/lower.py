@@ -146,22 +146,9 @@ class Plans:
 
     def _create(self) -> plan.Plan:
         """Create the plan without overrides."""
-        lowering = self._lowering
-        first = lowering.scenario(self._entry)
+        first = self._lowering.scenario(self._entry)
         self._named = named_invocations(first.body)
-        scenarios = {first.name: first}
-        actions: dict[str, plan.Action] = {}
-        pending = [first]
-        while pending:
-            for invocation in plan.invocations_in(pending.pop().body):
-                if isinstance(invocation, plan.InvokeAction):
-                    if invocation.action not in actions:
-                        actions[invocation.action] = lowering.action(invocation.action)
-                elif invocation.scenario not in scenarios:
-                    scenarios[invocation.scenario] = lowering.invoked(invocation.scenario)
-                    pending.append(scenarios[invocation.scenario])
-        objects = lowering.objects()
-        return lowering.complete(first, scenarios, actions, objects)
+        return self._lowering.reached_from(first)
 
 
 class _Outside(NamedTuple):
@@ -271,14 +258,20 @@ class _Lowering:
             for event in symbol.inventory.events.values()
         )
 
-    def complete(
-        self,
-        first: plan.Scenario,
-        scenarios: dict[str, plan.Scenario],
-        actions: dict[str, plan.Action],
-        objects: dict[str, plan.ObjectType],
-    ) -> plan.Plan:
-        """Create the plan without overrides."""
+    def reached_from(self, first: plan.Scenario) -> plan.Plan:
+        """Create the plan of an entry scenario, with all that it reaches, without overrides."""
+        scenarios = {first.name: first}
+        actions: dict[str, plan.Action] = {}
+        pending = [first]
+        while pending:
+            for invocation in plan.invocations_in(pending.pop().body):
+                if isinstance(invocation, plan.InvokeAction):
+                    if invocation.action not in actions:
+                        actions[invocation.action] = self.action(invocation.action)
+                elif invocation.scenario not in scenarios:
+                    scenarios[invocation.scenario] = self.invoked(invocation.scenario)
+                    pending.append(scenarios[invocation.scenario])
+        objects = self.objects()
         return plan.Plan(
             entry=first.name,
             overrides=(),
