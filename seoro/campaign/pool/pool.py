@@ -14,12 +14,11 @@ from typing import Final
 
 from seoro.bundle.unpack import limit_of
 from seoro.campaign.engine import NotBegun, WorkerDied
-from seoro.campaign.pool.simulators import Node, simulator_node
+from seoro.campaign.pool.simulators import Node, own_simulator, simulator_node
 from seoro.campaign.pool.worker import FATAL, LOST, STOP, Start
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.store.folder import CampaignFile
 from seoro.concurrency.forks.using import Forked, Forks, NoProcess, open_forks
-from seoro.embed.options import ROS_SIMULATOR
 from seoro.errors import BackendError, UsageError
 
 TEMPLATE: Final = "seoro.campaign.pool.template"
@@ -160,11 +159,9 @@ class _Slot:
         Raises:
             BackendError: One of them cannot be started.
         """
-        simulator = self._campaign.manifest.options.simulator
-        is_own = simulator is not None and simulator.name is not None and simulator.name != ROS_SIMULATOR
-        if is_own and self._node is None and self._campaign.isolation != "process":
-            assert simulator is not None and simulator.name is not None, "checked before"
-            self._node = await self._start_simulator(simulator.name)
+        simulator = own_simulator(self._campaign.manifest.options.simulator)
+        if simulator is not None and self._node is None and self._campaign.isolation != "process":
+            self._node = await self._start_simulator(simulator)
         try:
             worker = await self._fork()
         except NoProcess as error:

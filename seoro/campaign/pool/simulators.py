@@ -13,8 +13,9 @@ from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
+from seoro.embed.options import ROS_SIMULATOR
 from seoro.errors import BackendError
 from seoro.lang.frozen import Value
 
@@ -37,6 +38,19 @@ class Node(Value):
     endpoint: str
     process: int
     errors: deque[str]
+
+
+class Named(Protocol):
+    """Simulator of a run, as in options and in bundles."""
+
+    @property
+    def name(self) -> str | None:
+        """Its name; None for a running one."""
+
+
+def own_simulator(simulator: Named | None) -> str | None:
+    """Return the name of the simulator that each slot starts; None if runs share one, or need none."""
+    return None if simulator is None or simulator.name == ROS_SIMULATOR else simulator.name
 
 
 @asynccontextmanager

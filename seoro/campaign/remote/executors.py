@@ -18,13 +18,13 @@ from seoro.bundle.pack import Bundle
 from seoro.bundle.unpack import limit_of
 from seoro.campaign.engine import NotBegun
 from seoro.campaign.pool.pool import MARGIN
+from seoro.campaign.pool.simulators import own_simulator
 from seoro.campaign.remote.store import RemoteStore
 from seoro.campaign.remote.worker import RemoteWorker
 from seoro.campaign.runs import Planned, Row
 from seoro.campaign.store.folder import CampaignFile, CampaignFolder
 from seoro.client import Client
 from seoro.concurrency.background import background
-from seoro.embed.options import ROS_SIMULATOR
 from seoro.errors import BackendError, BackendLost, InvalidScenario, SeoroError, UsageError
 
 PATIENCE: Final = 15.0  # [s] for which an executor may be unreachable, before others get its runs
@@ -125,19 +125,19 @@ class ExecutorEngine:
             BackendError: It does not answer.
         """
         [found] = await self._client.describe(self._name)
-        wanted, simulator = self._campaign.version, self._campaign.manifest.options.simulator
+        wanted, simulator = self._campaign.version, own_simulator(self._campaign.manifest.options.simulator)
         if found.info.version != wanted:
             raise UsageError(
                 f"the executor '{self._name}' has seoro {found.info.version}, the campaign {wanted}: its runs "
                 "need one version",
                 help=f"install it there: pip install 'seoro=={wanted}'",
             )
-        name = None if simulator is None else simulator.name
         known = found.info.simulators
-        if name not in (None, ROS_SIMULATOR) and known is not None and name not in known:
+        if simulator is not None and known is not None and simulator not in known:
+            installed = ", ".join(known) or "none"
             raise UsageError(
-                f"the executor '{self._name}' has no simulator '{name}' (installed: {', '.join(known) or 'none'})",
-                help=f"install it there: pip install 'seoro[{name}]'",
+                f"the executor '{self._name}' has no simulator '{simulator}' (installed: {installed})",
+                help=f"install it there: pip install 'seoro[{simulator}]'",
             )
         return found.info
 

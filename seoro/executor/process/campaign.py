@@ -11,13 +11,13 @@ from pathlib import Path
 from seoro.bridges.executor.messages import RUNS, CampaignWorker, PlannedRuns
 from seoro.bridges.wire import decode
 from seoro.bundle.unpack import limit_of
-from seoro.campaign.pool.simulators import simulator_node
+from seoro.campaign.pool.simulators import own_simulator, simulator_node
 from seoro.campaign.remote.record import to_record
 from seoro.campaign.runs import End, Planned
 from seoro.campaign.store.folder import KEPT
 from seoro.campaign.work.job import Job as Work
 from seoro.campaign.work.running import SimulatorDied, Stopped, Worker
-from seoro.embed.options import ROS_SIMULATOR, Options
+from seoro.embed.options import Options
 from seoro.embed.scenarios import Scenario
 from seoro.errors import BackendError
 from seoro.executor.job import Job
@@ -101,10 +101,10 @@ async def _work(worker: Worker, given: _GivenRuns, trace: TracePipe) -> None:
 
 async def _open_worker(work: Work, name: str, stack: AsyncExitStack) -> Worker:
     """Return a worker, with a simulator of its own if its runs need one."""
-    simulator = work.options.simulator
-    if simulator is None or simulator.name is None or simulator.name == ROS_SIMULATOR:
+    simulator = own_simulator(work.options.simulator)
+    if simulator is None:
         return Worker(work, name)
-    node = await stack.enter_async_context(simulator_node(simulator.name))
+    node = await stack.enter_async_context(simulator_node(simulator))
     return Worker(work, name, node.endpoint, node.process)
 
 
