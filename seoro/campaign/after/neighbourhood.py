@@ -7,14 +7,15 @@ The steps are those of ladders. Then the distance at which the run passes first 
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
+from seoro.campaign.after.around_run import AroundRun
 from seoro.campaign.after.ladders import Ladder, ladder_of
 from seoro.campaign.after.same_failure import EXCLUDED, FAILS, SameFailure
 from seoro.campaign.runs import Point
 from seoro.campaign.space.axes import Axis, Choices, Interval
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches, Sampling, Told
+from seoro.campaign.strategies.contract import Batches, Told
 from seoro.errors import UsageError
 
 Endings: TypeAlias = Generator[Sequence[Point], Sequence[Told], list[str]]
@@ -70,28 +71,15 @@ Sides: TypeAlias = tuple[Direction | None, Direction | None]
 """Directions to the least and the greatest value; None if the failed run has this value."""
 
 
-class Neighbourhood:
-    """Strategy around one failed run.
-
-    Args:
-        run: Number of the failed run.
-        values: Values of its parameters, by path.
-        failure: The failure.
-    """
+class Neighbourhood(AroundRun):
+    """Strategy that changes one parameter of a failed run at a time; see `AroundRun`."""
 
     name = "neighbours"
-    is_learning = True
-    is_endless = False
-    sampling = Sampling.NONE
-    helps: ClassVar[Mapping[str, str]] = {}
 
     def __init__(self, run: int, values: Mapping[str, str], failure: SameFailure) -> None:
-        self._run = run
-        self._failure = failure
-        self.values = dict(values)
+        super().__init__(run, values, failure)
         self.directions: dict[str, Sides] = {}  # of parameters whose values have an order
         self.others: dict[str, dict[str, str]] = {}  # of all others: endings of runs by value
-        self.repeated: Told | None = None  # the failed run, again
 
     @property
     def has_repeated(self) -> bool:
@@ -122,9 +110,7 @@ class Neighbourhood:
         return self._batches(space)
 
     def _batches(self, space: Space) -> Batches:
-        told = yield [Point(dict(self.values), parent=self._run)]
-        self.repeated = told[0]
-        if not self.has_repeated:
+        if not (yield from self._repeat()):
             return
         changes = [(path, text) for path, texts in self.others.items() for text in texts]
         endings = yield from self._try(space, changes)

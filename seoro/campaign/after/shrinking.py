@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from enum import Enum
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
+from seoro.campaign.after.around_run import AroundRun
 from seoro.campaign.after.descent import Descent
 from seoro.campaign.after.ladders import ladder_of, simplest_of
 from seoro.campaign.after.same_failure import SameFailure
 from seoro.campaign.runs import Point
 from seoro.campaign.space.space import Space
-from seoro.campaign.strategies.contract import Batches, Sampling, Told
+from seoro.campaign.strategies.contract import Batches, Told
 from seoro.errors import UsageError
 
 Values: TypeAlias = dict[str, str]
@@ -35,31 +36,18 @@ class Outcome(Enum):
     MINIMAL = "minimal"  # no parameter can be one step simpler
 
 
-class Shrinking:
-    """Strategy that shrinks one failed run.
-
-    Args:
-        run: Number of the failed run.
-        values: Values of its parameters, by path.
-        failure: The failure to keep.
-    """
+class Shrinking(AroundRun):
+    """Strategy that shrinks one failed run, and keeps its failure; see `AroundRun`."""
 
     name = "shrink"
-    is_learning = True
-    is_endless = False
-    sampling = Sampling.NONE
-    helps: ClassVar[Mapping[str, str]] = {}
 
     def __init__(self, run: int, values: Mapping[str, str], failure: SameFailure) -> None:
-        self._run = run
-        self._failure = failure
+        super().__init__(run, values, failure)
         self._known: dict[frozenset[tuple[str, str]], bool] = {}
         self._runs: dict[frozenset[tuple[str, str]], int] = {}  # first run with values that fail
         self._is_feasible: Callable[[Mapping[str, str]], bool] = lambda _: True
-        self.values = dict(values)
         self.simplest: Values = {}
         self.outcome = Outcome.UNCONFIRMED
-        self.repeated: Told | None = None  # the failed run, again
 
     @property
     def best(self) -> int:
@@ -77,12 +65,11 @@ class Shrinking:
         return self._batches({path: Descent(ladder) for path, ladder in ladders.items()})
 
     def _batches(self, descents: Mapping[str, Descent]) -> Batches:
-        told = yield [Point(dict(self.values), parent=self._run)]
-        self.repeated = told[0]
-        if not self._failure.holds(told[0]):
+        if not (yield from self._repeat()):
             self.outcome = Outcome.GONE
             return
-        self._learn(frozenset(self.values.items()), told[0])
+        assert self.repeated is not None, "the run was repeated"
+        self._learn(frozenset(self.values.items()), self.repeated)
         self.outcome = Outcome.FAILING
         before: Values = {}
         while before != self.values:
