@@ -13,6 +13,7 @@ from seoro.campaign.runs import End, Row
 from seoro.campaign.space.axes import Axis, Interval
 from seoro.campaign.space.space import Space
 from seoro.campaign.strategies.contract import Told
+from seoro.campaign.work.measurements import value_at
 from seoro.campaign.work.running import TRACE
 from seoro.files.inputs import Kind, open_input
 from seoro.lang.frozen import Value
@@ -74,7 +75,7 @@ def values_of_run(found: FoundRun, space: Space) -> dict[str, str]:
         drawn = _drawn(found)
     values: dict[str, str] = {}
     for axis in space.axes:
-        text = found.planned.values.get(axis.path) or _text(axis, _at(drawn, axis.path))
+        text = found.planned.values.get(axis.path) or _drawn_text(axis, drawn)
         if text is not None:
             values[axis.path] = text
     return values
@@ -90,17 +91,12 @@ def _drawn(found: FoundRun) -> Mapping[str, Any]:
     return parameters
 
 
-def _at(parameters: Mapping[str, Any], path: str) -> Any:
-    value: Any = parameters
-    for name in path.split("."):
-        if not isinstance(value, Mapping):
-            return None
-        value = value.get(name)
-    return value
-
-
-def _text(axis: Axis, value: Any) -> str | None:
-    """Return a value of a trace as the axis writes it; None if the axis does not have it."""
+def _drawn_text(axis: Axis, drawn: Mapping[str, Any]) -> str | None:
+    """Return a value of a trace as the axis writes it; None if either does not have it."""
+    try:
+        value = value_at(drawn, axis.path)
+    except KeyError:
+        return None
     if isinstance(axis, Interval):
         return axis.text(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
     if axis.numbers is not None:

@@ -35,17 +35,18 @@ def world_axis(text: str) -> Axis:
         texts = tuple(dict.fromkeys(each.strip() for each in values.split(",")))
         if "" in texts:
             raise _invalid(text)
-        numbers = [_number(each) for each in texts]
+        numbers = [world_number(each) for each in texts]
         known = tuple(number for number in numbers if number is not None)
         return Choices(path, texts, known if len(known) == len(texts) else None, span)
-    low, high = _number(bounds[1]), _number(bounds[2])
+    low, high = world_number(bounds[1]), world_number(bounds[2])
     if low is None or high is None or low > high:
         raise _invalid(text)
     is_whole = isinstance(low, int) and isinstance(high, int)
     return Interval(path, low, high, is_whole, PrimitiveType("int" if is_whole else "float"), span)
 
 
-def _number(text: str) -> float | None:
+def world_number(text: str) -> float | None:
+    """Return a value of a world as a number; None for other texts."""
     for kind in (int, float):
         try:
             return kind(text)

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from seoro.bridges.wire.outputs import Measurements
+from seoro.campaign.space.world_axes import world_number
 from seoro.embed.world_settings import WORLD
 
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
@@ -24,23 +25,26 @@ def values_of(texts: Mapping[str, str], parameters: Mapping[str, Any]) -> dict[s
 
 def _value(path: str, text: str, parameters: Mapping[str, Any]) -> object:
     if path.startswith(WORLD):
-        return _scalar(text)
-    value: object = parameters
+        number = world_number(text)
+        return text if number is None else number
+    try:
+        return value_at(parameters, path)
+    except KeyError:
+        return _bare(text)
+
+
+def value_at(parameters: Mapping[str, Any], path: str) -> Any:
+    """Return the value of a parameter, or of a field of one.
+
+    Raises:
+        KeyError: The parameter or the field is missing.
+    """
+    value: Any = parameters
     for name in path.split("."):
-        if not isinstance(value, Mapping) or name not in value:
-            return _bare(text)
+        if not isinstance(value, Mapping):
+            raise KeyError(path)
         value = value[name]
     return value
-
-
-def _scalar(text: str) -> object:
-    """Return a value of a world as a number, if it is one."""
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            pass
-    return text
 
 
 def _bare(text: str) -> str:
