@@ -35,6 +35,7 @@ scenario drives:
     cover(pace, unit: mps, range: [0.1..0.3], every: 0.05)
     do turtlebot4.drive(linear: pace, duration: 0.3s)
 """
+OPTIONS: Final = ("--strategy", "random", "--sim", "mujoco", "--rate", "max", "--seed", "1", "--keep", "none")
 SEORO: Final = (sys.executable, "-m", "seoro.cli.main", "campaign")
 ROWS: Final = (0, 0, 1, 5, 20)  # new ones before a kill
 LONGEST: Final = 0.5  # [s] after them
@@ -56,9 +57,8 @@ def measure_kills(kills: int, runs: int, seed: int) -> bool:
         folder = Path(name)
         (folder / "drives.osc").write_text(SCENARIO)
         killed, runs = _disturb(folder, kills, runs, random.Random(seed))
-        options = ("--strategy", "random", "--sim", "mujoco", "--rate", "max", "--seed", "1", "--keep", "none")
         out = folder / "undisturbed"
-        _run(folder, "run", "drives.osc", *options, "--runs", str(runs), "-o", str(out)).wait()
+        _run(folder, "run", "drives.osc", *OPTIONS, "--runs", str(runs), "-o", str(out)).wait()
         disturbed, undisturbed = _table(folder / "out"), _table(out)
     numbers = [int(row["run"]) for row in disturbed]
     again = sum(row["attempt"] != "1" for row in disturbed)
@@ -76,8 +76,7 @@ def measure_kills(kills: int, runs: int, seed: int) -> bool:
 def _disturb(folder: Path, kills: int, runs: int, draw: random.Random) -> tuple[Counter[str], int]:
     """Kill processes of a campaign; returns the kills by role, and the final number of runs."""
     killed: Counter[str] = Counter()
-    options = ("--strategy", "random", "--sim", "mujoco", "--rate", "max", "--seed", "1", "--keep", "none")
-    command: tuple[str, ...] = ("run", "drives.osc", *options)
+    command: tuple[str, ...] = ("run", "drives.osc", *OPTIONS)
     while killed.total() < kills:
         process = _run(folder, *command, "--runs", str(runs), *(("-o", "out") if command[0] == "run" else ()))
         while process.poll() is None and killed.total() < kills:

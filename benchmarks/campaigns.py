@@ -50,6 +50,7 @@ from tests.campaign.planted import COLUMN, Planted, runs_until_failure
 from tests.campaign.shrunk import FAILURE, carry_out, planted
 from tests.campaign.statistics.exact import decisions, probability_of_exclusion
 
+CAMPAIGN = [sys.executable, "-m", "seoro.cli.main", "campaign", "run"]
 OBSTACLE = "scenarios/navigation/obstacle.osc"
 TRIVIAL = """import osc.types
 import osc.helpers
@@ -181,6 +182,14 @@ def report(runs: int) -> None:
             )
 
 
+def _processor_time(command: list[str]) -> float:
+    """Run a command; returns the processor time of its processes [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(command, stdout=subprocess.DEVNULL, check=False)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
 def rate(runs: int) -> None:
     """Print what short runs take, with one worker.
 
@@ -190,25 +199,12 @@ def rate(runs: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "trivial.osc"
         file.write_text(TRIVIAL)
-        command = [
-            sys.executable,
-            "-m",
-            "seoro.cli.main",
-            "campaign",
-            "run",
-            str(file),
-            "--clock",
-            "virtual",
-            "--seed",
-            "1",
-        ]
+        command = [*CAMPAIGN, str(file), "--clock", "virtual", "--seed", "1"]
         for number, wanted in ((1, "one run"), (runs, f"{runs:,} runs")):
             out = Path(folder) / str(number)
-            before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.time()
+            begun = time.time()
             options = ["--levels", "125000", "--runs", str(number), "-j", "1", "--keep", "none", "-o", str(out)]
-            subprocess.run([*command, *options], stdout=subprocess.DEVNULL, check=False)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            taken = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            taken = _processor_time([*command, *options])
             first = min(datetime.fromisoformat(row.started).timestamp() for row in read_rows(out)) - begun
             print(
                 f"{wanted}: {taken:.2f} s, {number / taken:.0f} runs per s; the first begins after {first:.2f} s"
@@ -223,13 +219,9 @@ def overhead(runs: int) -> None:
     """
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out"
-        command = [sys.executable, "-m", "seoro.cli.main", "campaign", "run", OBSTACLE, "--sim", "mujoco"]
         options = ["--rate", "max", "--seed", "1", "--strategy", "random", "--runs", str(runs), "-o", str(out)]
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([*command, *options, "-j", "1"], stdout=subprocess.DEVNULL, check=False)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        taken = _processor_time([*CAMPAIGN, OBSTACLE, "--sim", "mujoco", *options, "-j", "1"])
         rows = list(read_rows(out))
-    taken = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     simulated, made = sum(row.sim_cpu for row in rows), sum(row.cpu for row in rows)
     print(f"{len(rows)} runs: {taken:.1f} s, of this the simulator {simulated:.1f} s and the runs {made:.1f} s")
     print(f"beyond the simulator: {taken / simulated - 1:.1%}")

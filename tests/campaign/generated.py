@@ -5,10 +5,23 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from seoro.bridges.executor.messages import BundledOptions, BundleFile, Manifest
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.store.folder import ASKED, RUNS, CampaignFile, StrategyText, write_campaign
+
+VARIED = """import osc.types
+import osc.helpers
+
+scenario main:
+    noise: float with:
+        keep(it in [0.0..0.2])
+    record(noise)
+    do serial:
+        wait elapsed(1h)
+        compare(noise, "<", 0.19)
+"""
 
 
 def generate(folder: Path, runs: int) -> None:
@@ -42,6 +55,11 @@ def generate(folder: Path, runs: int) -> None:
             shard.write(row.to_line())
             texts = {path: str(value) for path, value in row.values.items()}
             asked.write(Planned(row.run, row.variant, row.repeat, row.seed, texts, "random").to_line())
+
+
+def row(number: int, status: End = End.PASSED, **more: Any) -> Row:
+    """Return a row without variation."""
+    return Row(run=number, id=str(number), variant=number, repeat=1, seed=-1, status=status, **more)
 
 
 def rows(runs: int) -> Iterator[Row]:

@@ -181,9 +181,14 @@ def test_a_folder_without_a_campaign_is_refused(write: Write, capsys: pytest.Cap
 @pytest.fixture
 def deadly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A scenario of four runs, whose third ends its process."""
-    folder = tmp_path / "seoro.libraries"
-    folder.mkdir()
     monkeypatch.chdir(tmp_path)
+    write_deadly()
+
+
+def write_deadly() -> None:
+    """Write this scenario, with its library, into the working directory."""
+    folder = Path("seoro.libraries")
+    folder.mkdir()
     (folder / "deadly.osc").write_text("action die:\n    number: int\n")
     (folder / "deadly.py").write_text("""import os
 
@@ -195,7 +200,7 @@ async def die(ctx: ActionContext, number: int) -> None:
     if number == 3:
         os.abort()
 """)
-    (tmp_path / "main.osc").write_text(DEADLY)
+    Path("main.osc").write_text(DEADLY)
 
 
 @pytest.mark.parametrize("isolation", ["worker", "run", pytest.param("process", marks=pytest.mark.slow)])

@@ -16,23 +16,13 @@ import pytest
 import seoro.campaign as sc
 from seoro.campaign.runs import OF_THE_MACHINE, Row
 from seoro.errors import BackendError, UsageError
+from tests.campaign.generated import VARIED as TEXT
 from tests.campaign.test_campaigns import rows_so_far, start, table
 from tests.integration.conftest import wait_until
 
 distributed = pytest.importorskip("distributed")
 tasks = pytest.importorskip("seoro.campaign.dask.tasks")
 
-TEXT = """import osc.types
-import osc.helpers
-
-scenario main:
-    noise: float with:
-        keep(it in [0.0..0.2])
-    record(noise)
-    do serial:
-        wait elapsed(1h)
-        compare(noise, "<", 0.19)
-"""
 HANGING = """import osc.helpers
 scenario main:
     noise: float with:

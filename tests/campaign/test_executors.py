@@ -17,21 +17,11 @@ import seoro
 from seoro.campaign import opening
 from seoro.campaign.runs import OF_THE_MACHINE
 from seoro.cli.main import main
-from tests.campaign.test_campaigns import DEADLY, rows_so_far, simulators_of, start, table
+from tests.campaign.generated import VARIED as TEXT
+from tests.campaign.test_campaigns import rows_so_far, simulators_of, start, table, write_deadly
 from tests.executors import HELLO, RunningExecutor, executor
 from tests.integration.conftest import wait_until
 
-TEXT = """import osc.types
-import osc.helpers
-
-scenario main:
-    noise: float with:
-        keep(it in [0.0..0.2])
-    record(noise)
-    do serial:
-        wait elapsed(1h)
-        compare(noise, "<", 0.19)
-"""
 RANDOM = ("--strategy", "random", "--clock", "virtual", "--seed", "5", "-o", "out")
 Command = Callable[..., list[str]]
 
@@ -85,20 +75,7 @@ def test_executors_and_this_machine_share_the_runs(command: Command) -> None:
 
 
 def test_a_run_that_ends_its_process_costs_itself_only(command: Command) -> None:
-    folder = Path("seoro.libraries")
-    folder.mkdir()
-    (folder / "deadly.osc").write_text("action die:\n    number: int\n")
-    (folder / "deadly.py").write_text("""import os
-
-from seoro import ActionContext, action
-
-
-@action("die")
-async def die(ctx: ActionContext, number: int) -> None:
-    if number == 3:
-        os.abort()
-""")
-    Path("main.osc").write_text(DEADLY)
+    write_deadly()
     assert main(command("--strategy", "grid")) == 3
     assert [(row["number"], row["status"]) for row in table()] == [
         ("1", "passed"), ("2", "passed"), ("3", "error"), ("4", "passed")

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as Xml
 
 import pytest
@@ -15,11 +14,7 @@ from seoro.campaign.store import index
 from seoro.campaign.store.folder import COORDINATOR, RUNS
 from seoro.campaign.store.index import RowIndex
 from seoro.errors import UsageError
-
-
-def row(number: int, status: End = End.PASSED, **more: Any) -> Row:
-    """A row of a campaign."""
-    return Row(run=number, id=str(number), variant=number, repeat=1, seed=-1, status=status, **more)
+from tests.campaign.generated import row
 
 
 def store(folder: Path, name: str, rows: Iterable[Row]) -> None:

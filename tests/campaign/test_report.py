@@ -5,7 +5,6 @@ import random
 from collections.abc import Iterable
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -18,7 +17,7 @@ from seoro.campaign.runs import End, Planned, Row, each_once
 from seoro.campaign.stopping.rules import percent
 from seoro.campaign.store.folder import ASKED, RUNS, find_planned, read_campaign, write_campaign
 from seoro.cli.main import main
-from tests.campaign.generated import generate, rows
+from tests.campaign.generated import generate, row, rows
 
 EMPTY = {"meta", "br", "link", "input", "path", "rect"}
 HOSTILE = "<script>alert(1)</script>&\"'\x00\ud800"
@@ -44,11 +43,6 @@ class Reader(HTMLParser):
     def handle_data(self, data: str) -> None:
         if self.open and self.open[-1] == "h2":
             self.headings.append(data)
-
-
-def row(number: int, status: End = End.PASSED, **more: Any) -> Row:
-    """A row of a campaign."""
-    return Row(run=number, id=str(number), variant=number, repeat=1, seed=1, status=status, **more)
 
 
 def report(folder: Path, given: Iterable[Row]) -> tuple[str, Reader]:
