@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import logging
-import os
 import secrets
 import shutil
 import sqlite3
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, Final
 
 import anyio
@@ -21,19 +19,18 @@ from seoro.bridges.executor import messages as wire
 from seoro.bridges.executor.messages import RunInfo
 from seoro.bridges.executor.probing import EndpointReport, Hop, ProbeReport, ProbeRequest
 from seoro.bridges.launch import can_film, is_installed, known_simulators
-from seoro.bridges.wire import Empty, LabResult, Message, ReleaseStop, Result, Verb, encode
+from seoro.bridges.wire import Empty, LabResult, Message, ReleaseStop, Result, Verb
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.bundle.paths import InvalidPath, check_path
-from seoro.concurrency.background import background
 from seoro.concurrency.gathering import gather
 from seoro.errors import UsageError
 from seoro.executor.emergency_stop import EmergencyStopSwitch
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.permissions import vet_endpoint
-from seoro.executor.runs.active_run import OVER, ActiveRun
+from seoro.executor.runs.active_run import OVER
 from seoro.executor.runs.dry_run import DryRuns
 from seoro.executor.runs.queue import Queue
-from seoro.executor.runs.tail import Watch, size_of, until_printed
+from seoro.executor.runs.records import is_news, list_outputs, read_lines, read_printed, watch_records
 from seoro.executor.storage.blobs import Blobs, make_room
 from seoro.executor.storage.intake import Intake, rejected_bundle
 from seoro.executor.storage.run_folder import open_left
@@ -41,7 +38,6 @@ from seoro.executor.storage.store import Store
 from seoro.lab.probes import probe
 
 LOOKS: Final = 20  # exchanges with each node to measure its clock
-PART: Final = wire.CHUNK // 2  # [bytes] of a trace in one reply, unless a line is longer
 
 NOBODY: Final = ""  # owner of the blobs of clients without keys
 
@@ -249,16 +245,16 @@ class RequestHandlers:
             if request.keeps_alive:
                 live.note_client()
             if request.in_parts:
-                at = await _watch(live, request, self._store.folder(request.run).log, send)
+                at = await watch_records(live, request, self._store.folder(request.run).log, send)
             else:
                 with suppress(TimeoutError):
-                    await live.changes.wait_for(lambda: _is_news(live, request), request.wait)
+                    await live.changes.wait_for(lambda: is_news(live, request), request.wait)
             if request.keeps_alive:
                 live.note_client()
         info = self._queue.with_place(live.info) if live is not None else await self._known(request.run)
         folder = self._store.folder(request.run)
-        lines, is_last = _lines(folder.trace, at)
-        printed, is_all = _printed(folder.log, request.printed_at)
+        lines, is_last = read_lines(folder.trace, at)
+        printed, is_all = read_printed(folder.log, request.printed_at)
         is_complete = is_last and is_all and info.state.is_final
         end = await self._store.end(request.run) if is_complete and request.in_parts else b""
         return wire.Records(
@@ -268,7 +264,7 @@ class RequestHandlers:
     async def list_files(self, request: wire.OneRun) -> wire.Outputs:
         await self._known(request.run)
         output = self._store.folder(request.run).output
-        return wire.Outputs(files=tuple(await anyio.to_thread.run_sync(list, _outputs(output))))
+        return wire.Outputs(files=tuple(await anyio.to_thread.run_sync(list, list_outputs(output))))
 
     async def read_file(self, request: wire.ReadFile) -> wire.FilePart:
         await self._known(request.run)
@@ -303,72 +299,6 @@ def _check_version(campaign: wire.CampaignWorker | None) -> None:
             f"the campaign began with seoro {campaign.version}, this executor has {__version__}: the runs of a "
             "campaign need one version",
         )
-
-
-def _is_news(live: ActiveRun, request: wire.AskRecords) -> bool:
-    """Whether the run has changed since the state in the request."""
-    info = live.info
-    is_known = (info.state, bool(info.announcement)) == (request.state, request.is_announced)
-    return live.size > request.at or not is_known or request.waits not in (None, info.waits)
-
-
-async def _watch(live: ActiveRun, request: wire.AskRecords, log: Path, send: Callable[[bytes], None]) -> int:
-    """Send new records until the run changes otherwise; returns the end of the sent part of the trace."""
-
-    def send_part(start: int, lines: bytes) -> None:
-        send(encode(wire.NewRecords(lines=lines, at=start + len(lines))))
-
-    watch = Watch(request.at, wire.WINDOW, send_part)
-    if not _is_news(live, request):
-        with live.watches.added(watch), anyio.move_on_after(request.wait):
-            async with background() as looking:
-                if request.printed_at is not None:
-                    looking.start_soon(_end_when_printed, watch, log, request.printed_at)
-                await watch.over.wait()
-    return watch.at
-
-
-async def _end_when_printed(watch: Watch, log: Path, at: int) -> None:
-    await until_printed(log, at)
-    watch.over.set()
-
-
-def _lines(trace: Path, at: int) -> tuple[bytes, bool]:
-    """Return whole lines of a trace from a byte on, and whether they are the last."""
-    try:
-        with trace.open("rb") as file:
-            size = os.fstat(file.fileno()).st_size
-            file.seek(at)
-            data = file.read(PART)
-            if b"\n" not in data:
-                data += file.readline()
-            whole = data[: data.rfind(b"\n") + 1]
-            # A line that was written in part when an executor died is skipped.
-            return whole, at + len(data) >= size
-    except FileNotFoundError:  # the run has not begun
-        return b"", True
-
-
-def _printed(log: Path, at: int | None) -> tuple[bytes, bool]:
-    """Return the printed output from a byte on, and whether it is the last; without `at`, nothing."""
-    if at is None or size_of(log) <= at:
-        return b"", True
-    try:
-        with open_left(log, log.parent) as file:
-            file.seek(at)
-            data = file.read(PART)
-            return data, at + len(data) >= os.fstat(file.fileno()).st_size
-    except OSError:  # removed or replaced by the run
-        return b"", True
-
-
-def _outputs(folder: Path) -> Iterator[wire.OutputInfo]:
-    """Yield the files in and below a folder; links are skipped."""
-    for place, _, files in os.walk(folder):
-        for name in files:
-            path = Path(place, name)
-            if path.is_file() and not path.is_symlink():
-                yield wire.OutputInfo(path=path.relative_to(folder).as_posix(), size=path.stat().st_size)
 
 
 def days_ago(days: float) -> float:

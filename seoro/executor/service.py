@@ -142,7 +142,7 @@ async def open_executor(options: ExecutorOptions) -> AsyncIterator[Started]:
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(queue.shift_workers)
-                duties.start_soon(queue.retry_ends)
+                duties.start_soon(queue.ends.retry_forever)
                 duties.start_soon(queue.reserve.watch)
                 duties.start_soon(_remove_old, server, options.keep)
                 try:

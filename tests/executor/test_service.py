@@ -17,7 +17,7 @@ from seoro.errors import BackendRefused
 from seoro.executor.job import Job, make_job
 from seoro.executor.limits import Limits
 from seoro.executor.runs import active_run as live_runs
-from seoro.executor.runs import queue
+from seoro.executor.runs import ends, queue
 from seoro.executor.service import ExecutorOptions, open_executor
 from seoro.executor.storage.run_folder import RunFolder
 from seoro.executor.storage.store import Finished, Store, open_store
@@ -158,7 +158,7 @@ async def test_an_unwritable_video_makes_the_run_an_error(tmp_path: Path, monkey
 async def test_an_unwritable_database_does_not_end_the_executor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_mended: bool
 ) -> None:
-    monkeypatch.setattr(queue, "KEEP_PAUSE", 0.05)
+    monkeypatch.setattr(ends, "KEEP_PAUSE", 0.05)
     file = tmp_path / "hello.osc"
     file.write_text(HELLO)
     endpoint = f"unixsock-stream/{tmp_path}/hub"

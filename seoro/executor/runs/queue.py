@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
-import shutil
 import sqlite3
 import time
 from collections.abc import Awaitable, Callable
@@ -21,25 +20,23 @@ from seoro.bridges.executor.messages import RunInfo, State
 from seoro.bridges.wire import decode, encode
 from seoro.concurrency.background import background
 from seoro.concurrency.condition import Condition
-from seoro.embed.run_end import Ended, InvalidEnd, unpack_end
 from seoro.executor.job import make_job
 from seoro.executor.limits import MEBIBYTE, Limits, Policy
 from seoro.executor.process import frames
 from seoro.executor.process.frames import Frame
 from seoro.executor.process.pool import Pool, Worker
-from seoro.executor.runs.active_run import STOP_TIMEOUT, ActiveRun
-from seoro.executor.runs.enforcement import KEPT_OF_CULPRIT, Reserve, append_trace, hold_to_time, hold_to_usage
+from seoro.executor.runs.active_run import ActiveRun
+from seoro.executor.runs.ends import Ends
+from seoro.executor.runs.enforcement import Reserve, append_trace, hold_to_time, hold_to_usage
 from seoro.executor.runs.fair_queue import FairQueue
+from seoro.executor.runs.outcome import outcome_of, storage_error, tidy
 from seoro.executor.runs.run_slots import RunSlots
 from seoro.executor.runs.shifts import PERIOD, ask_to_give_way
 from seoro.executor.runs.tail import Pace
-from seoro.executor.runs.usage import TraceFile, cut
-from seoro.executor.storage.run_folder import RunFolder
+from seoro.executor.runs.usage import TraceFile
 from seoro.executor.storage.store import Finished, Store
 
-KEEP_PAUSE: Final = 5.0  # [s] between attempts to store the end of a run
 HAS_ROBOTS: Final = "holds its robots, and waits for a free run slot"
-_KILLED: Final = f"the run did not end within {STOP_TIMEOUT:g} s after it was stopped, and was killed"
 
 NoteEnd: TypeAlias = Callable[[RunInfo, str], Awaitable[object]]
 """Called with the state of a finished run and the role of its client."""
@@ -58,6 +55,10 @@ class Queue:
         policy: Limits of clients.
         note_end: Called before the end of a run is stored.
         can_sandbox: Whether runs can be sandboxed.
+
+    Attributes:
+        ends: Ends of its runs.
+        reserve: Room on the disk for traces.
     """
 
     def __init__(
@@ -80,8 +81,8 @@ class Queue:
         self._live: dict[str, ActiveRun] = {}
         self._waiting = FairQueue()
         self._pace = Pace()
-        self._ends: dict[str, Finished] = {}
         self._changes = Condition()
+        self.ends = Ends(store, self._changes, lambda run: self._live.pop(run, None))
         self.reserve = Reserve(store.blobs, self._live.values, self._limits)
         self._slots = RunSlots(jobs, policy, self._changes)
         self._is_closing = False
@@ -117,7 +118,7 @@ class Queue:
     def forget(self, run: str) -> None:
         """Remove a finished run whose end is not stored yet."""
         self._live.pop(run, None)
-        self._ends.pop(run, None)
+        self.ends.forget(run)
 
     def add(self, info: RunInfo, submission: wire.Submission) -> None:
         """Add a run to the queue."""
@@ -197,18 +198,6 @@ class Queue:
             ask_to_give_way(self._active, [live for live in waiting if self._slots.may_have_any(live)])
             await asyncio.sleep(PERIOD)
 
-    async def retry_ends(self) -> None:
-        """Store ends of runs that could not be stored at once; runs as long as the executor."""
-        while True:
-            await self._changes.wait_for(lambda: self._ends)
-            await asyncio.sleep(KEEP_PAUSE)
-            await self._retry_ends()
-
-    async def _retry_ends(self) -> None:
-        for run, finished in list(self._ends.items()):
-            if await self._store_end(run, finished):
-                self._ends.pop(run, None)
-
     async def close(self, reason: str) -> int:
         """Stop all active runs, and wait for their clean-up.
 
@@ -225,7 +214,7 @@ class Queue:
             live.stop(reason)
         for live in running:
             await live.changes.wait_for(lambda live=live: _has_ended(live))  # type: ignore[misc]
-        await self._retry_ends()
+        await self.ends.retry()
         return len(running)
 
     async def _execute(self, live: ActiveRun) -> None:
@@ -244,7 +233,7 @@ class Queue:
                 worker.close()
                 await worker.wait()
         except OSError as error:  # a full disk
-            await self._finish(live, State.ERROR, _storage_error(error), b"")
+            await self._finish(live, State.ERROR, storage_error(error), b"")
         except Exception as error:
             log.exception("fault in the run %s", live.info.run)
             await self._finish(live, State.ERROR, f"fault in the executor: {type(error).__name__}: {error}", b"")
@@ -269,11 +258,11 @@ class Queue:
             worker.kill()  # programs that it has started, too
         if is_culprit := self.reserve.release(live.info.run):
             live.is_trace_known = False
-        await asyncio.to_thread(_tidy, folder, limits, is_culprit=is_culprit)
+        await asyncio.to_thread(tidy, folder, limits, is_culprit=is_culprit)
         await asyncio.to_thread(folder.sync)
         if live.is_left and code == frames.NOT_BEGUN:
             return
-        state, reason = _outcome(end, code, live)
+        state, reason = outcome_of(end, code, live)
         await self._finish(live, state, reason if end else live.killed or reason, end)
 
     async def _follow(self, live: ActiveRun, worker: Worker, duties: TaskGroup) -> bytes:
@@ -297,7 +286,7 @@ class Queue:
                         except OSError as error:
                             failed = error
                             live.is_trace_known = False
-                            live.stop(_storage_error(error))
+                            live.stop(storage_error(error))
                     case Frame.BEGIN:
                         live.set(announcement=data.decode())
                         await self._store.announce(live.info.run, live.info.announcement)
@@ -343,64 +332,10 @@ class Queue:
         finished = Finished(state, reason, end, time.time(), live.trace)
         outcome = {"state": state, "reason": reason, "trace": live.trace}
         await self._note_end(live.info.model_copy(update=outcome), live.submission.role)
-        if not await self._store_end(live.info.run, finished):
-            log.warning("cannot store the end of the run %s yet", live.info.run)
-            self._ends[live.info.run] = finished
+        await self.ends.store(live.info.run, finished)
         live.set(**outcome, ended=finished.ended)
         self._changes.notify_all()
-
-    async def _store_end(self, run: str, finished: Finished) -> bool:
-        """Store the end of a run; without it, the next start would mark the run as lost."""
-        try:
-            await self._store.finish(run, finished)
-        except sqlite3.Error:  # a full disk
-            return False
-        self._live.pop(run, None)
-        return True
 
 
 def _has_ended(live: ActiveRun) -> bool:
     return live.info.state.is_final or (live.is_left and not live.has_process)
-
-
-def _storage_error(error: OSError) -> str:
-    return f"the executor cannot store the run: {error.strerror or error}"
-
-
-def _tidy(folder: RunFolder, limits: Limits, *, is_culprit: bool) -> None:
-    """Remove temporary files of a run, and cut files that are too large."""
-    shutil.rmtree(folder.home, ignore_errors=True)
-    if is_culprit:
-        cut(folder.trace, KEPT_OF_CULPRIT)
-    if limits.log is not None:
-        cut(folder.log, limits.log * MEBIBYTE)
-    with suppress(OSError):
-        if folder.log.lstat().st_size == 0:
-            folder.log.unlink()
-
-
-def _outcome(end: bytes, code: int | None, live: ActiveRun) -> tuple[State, str]:
-    """Return the final state and reason of a run whose process has ended."""
-    if not end:
-        match code:
-            case frames.NOT_BEGUN if live.stop_reason is not None:
-                return State.ERROR if live.is_aborted else State.CANCELLED, live.stop_reason
-            case None:
-                how = "ended"
-            case _ if code < 0:
-                how = f"was killed by signal {-code}"
-            case _:
-                how = f"ended with status {code}"
-        if live.is_aborted:
-            return State.ERROR, f"{live.stop_reason}; {_KILLED}"
-        return State.ERROR, _KILLED if live.is_stopped else f"its process {how} before the run was over"
-    try:
-        found = unpack_end(end)
-    except InvalidEnd as error:
-        return State.ERROR, str(error)
-    if isinstance(found, Ended):
-        return State(found.verdict.status.value), found.verdict.reason
-    if found.backend:
-        return State.ERROR, found.backend
-    reason = found.misuse.message if found.misuse is not None else found.diagnostics[0].message
-    return State.INVALID, reason
