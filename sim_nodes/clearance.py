@@ -11,10 +11,12 @@ import numpy as np
 from seoro.deferred import dataclass
 from sim_nodes.entities import Entities
 from sim_nodes.geometry import Array, Pose2, rotation_matrix
-from sim_nodes.navigation.maps import NavigationMap
+from sim_nodes.near_walls import NearWalls, PlacedWall
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Engine, Hull, Part, Sphere, Wall
 from sim_nodes.polygons import Shadow, distance_from_polygon, distance_to_shadow, placed_corners
 from sim_nodes.robots.declaration import MobileDeclaration
+
+AROUND = 0.25  # [m] a robot moves before the walls near it are chosen again
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,8 @@ class WallDistance:
         end, side = along * self._half[:, :1], across * self._half[:, 1:]
         corners = np.stack([end + side, side - end, -end - side, end - side], axis=1)
         self._corners = self._centre[:, None] + corners  # counterclockwise
+        numbers = np.column_stack([self._centre, self._cos, self._sin, self._half])
+        self._placed = tuple(map(PlacedWall, self._names, *numbers.T.tolist()))
 
     def at(self, x: float, y: float) -> float:
         """Return the distance of a point [m]; 0 inside a wall, infinite without walls."""
@@ -62,6 +66,12 @@ class WallDistance:
             if distance < best.distance:
                 best = Clearance(distance, self._names[index])
         return best if best.entity else Clearance()
+
+    def near(self, x: float, y: float, reach: float) -> NearWalls:
+        """Return the walls that are the nearest ones of places up to `reach` from a place [m]."""
+        distances = self._distances(x, y)
+        near = distances <= distances.min(initial=math.inf) + 2.0 * reach
+        return NearWalls(x, y, reach, tuple([self._placed[index] for index in np.flatnonzero(near)]))
 
     def _distances(self, x: float, y: float) -> Array:
         """Return the distance of a point to each wall [m]."""
@@ -125,10 +135,9 @@ class PlacedDisc:
         """Its shape from above."""
         return Shadow(np.array([(self.x, self.y)]), self.reach)
 
-    def to_walls(self, walls: WallDistance, _: float) -> Clearance:
-        """Return the nearest wall, with a negative distance [m] if they overlap."""
-        found = walls.nearest(self.x, self.y)
-        return Clearance(found.distance - self.reach, found.entity)
+    def to_walls(self, _: WallDistance, from_origin: Clearance, __: float) -> Clearance:
+        """Return the nearest wall, given that of the origin; the distance is negative if they overlap [m]."""
+        return Clearance(from_origin.distance - self.reach, from_origin.entity)
 
     def to_body(self, model: BodyModel, state: BodyState) -> float:
         """Return the distance to a body [m], negative if they overlap."""
@@ -162,7 +171,7 @@ class PlacedPolygon:
         """Its shape from above."""
         return Shadow(self.corners)
 
-    def to_walls(self, walls: WallDistance, within: float) -> Clearance:
+    def to_walls(self, walls: WallDistance, _: Clearance, within: float) -> Clearance:
         """Return the nearest wall that is nearer than `within` [m], with a distance of 0 if they overlap."""
         return walls.nearest_to_polygon(self, within)
 
@@ -176,6 +185,21 @@ class PlacedPolygon:
 
 
 PlacedOutline = PlacedDisc | PlacedPolygon
+
+
+@dataclass(frozen=True)
+class Search:
+    """A search for the nearest entity of a robot.
+
+    Attributes:
+        robot: Its name.
+        pose: Its pose in `map`.
+        within: Distance from which entities are left out [m]; the result has none if all are left out.
+    """
+
+    robot: str
+    pose: Pose2
+    within: float = math.inf
 
 
 def placed_outline(base: MobileDeclaration, pose: Pose2) -> PlacedOutline:
@@ -198,7 +222,6 @@ class Clearances:
         walls: Walls of the world.
         entities: Entities of the world.
         bases: Declarations of the robots that drive, by name.
-        known: Map of the walls, which bounds their distance from below.
     """
 
     def __init__(
@@ -207,14 +230,13 @@ class Clearances:
         walls: Sequence[Wall],
         entities: Entities,
         bases: Mapping[str, MobileDeclaration],
-        known: NavigationMap,
     ) -> None:
         self._engine = engine
-        self._known = known
         self._entities = entities
         self._bases = bases
         self._reaches = {name: _reach_of(base) for name, base in bases.items()}
         self._walls = WallDistance(walls)
+        self._near_walls: dict[str, NearWalls] = {}  # by robot
         self._walls_by_name = {
             name: WallDistance([wall for wall in walls if wall.name == name])
             for name in {wall.name for wall in walls}
@@ -225,39 +247,40 @@ class Clearances:
         """Names of the entities to which there is a distance."""
         return [*self._walls_by_name, *self._entities.bodies, *self._bases]
 
-    def nearest(self, robot: str, pose: Pose2, within: float = math.inf) -> Clearance:
-        """Return the nearest of all walls, bodies and other robots that drive; 0 m at least.
+    def nearest(self, searches: Sequence[Search]) -> list[Clearance]:
+        """Return for each search the nearest of all walls, bodies and other robots that drive; 0 m at least."""
+        state = self._engine.body_state
+        places = [(other, reach, *state(other).position[:2]) for other, reach in self._reaches.items()]
+        return [self._nearest(search, places) for search in searches]
 
-        Args:
-            robot: Name of the robot.
-            pose: Its pose in `map`.
-            within: Distance from which entities are left out [m]; the result has none if all are left out.
-        """
-        has_walls = self._least_to_walls(pose) - self._reaches[robot] < within
-        robots = self._robots_within(robot, pose, within)
+    def _nearest(self, search: Search, places: Sequence[tuple[str, float, float, float]]) -> Clearance:
+        """Return the result of a search, by names, reaches and positions of all robots that drive [m]."""
+        robot, pose, within = search.robot, search.pose, search.within
+        wall = self._nearest_wall(robot, pose)
+        has_walls = wall.distance - self._reaches[robot] < within
+        robots = self._robots_within(robot, pose, within, places)
         bodies = self._bodies_within(robot, pose, within)
         if not (has_walls or robots or bodies):
             return Clearance()
         outline = placed_outline(self._bases[robot], pose)
         best = Clearance(within)
         if has_walls:
-            best = min(best, outline.to_walls(self._walls, within), key=_distance)
+            best = min(best, outline.to_walls(self._walls, wall, within), key=_distance)
         for name, model in bodies:
             best = self._nearer(best, name, model, outline)
         for other in robots:
             best = self._nearer_robot(best, other, outline)
         return _at_least_zero(best) if best.entity else Clearance()
 
-    def _robots_within(self, robot: str, pose: Pose2, within: float) -> list[str]:
-        """Return the other robots that drive and may be nearer than `within` [m], by both axes."""
-        state, reaches = self._engine.body_state, self._reaches
-        (x, y, _), own, found = pose, reaches[robot], []
-        for other, reach in reaches.items():
-            if other != robot:
-                apart = within + reach + own
-                other_x, other_y, _ = state(other).position
-                if abs(x - other_x) < apart and abs(y - other_y) < apart:
-                    found.append(other)
+    def _robots_within(
+        self, robot: str, pose: Pose2, within: float, places: Sequence[tuple[str, float, float, float]]
+    ) -> list[str]:
+        """Return the other robots that may be nearer than `within` [m], by both axes."""
+        (x, y, _), own, found = pose, self._reaches[robot], []
+        for other, reach, other_x, other_y in places:
+            apart = within + reach + own
+            if -apart < x - other_x < apart and -apart < y - other_y < apart and other != robot:
+                found.append(other)
         return found
 
     def _bodies_within(self, robot: str, pose: Pose2, within: float) -> list[tuple[str, BodyModel]]:
@@ -269,18 +292,20 @@ class Clearances:
                 found.append((name, model))
         return found
 
-    def _least_to_walls(self, pose: Pose2) -> float:
-        """Return a lower bound of the distance to walls, without computing it [m]."""
-        grid = self._known.grid
-        if not grid.contains(pose.x, pose.y):
-            return 0.0
-        return float(self._known.distance[grid.cell(pose.x, pose.y)]) - grid.resolution
+    def _nearest_wall(self, robot: str, pose: Pose2) -> Clearance:
+        """Return the wall that is nearest to the origin of a robot."""
+        x, y, _ = pose
+        walls = self._near_walls.get(robot)
+        if walls is None or not walls.covers(x, y):
+            walls = self._near_walls[robot] = self._walls.near(x, y, AROUND)
+        return Clearance(*walls.nearest(x, y))
 
     def between(self, robot: str, pose: Pose2, other: str) -> Clearance:
         """Return the distance to one entity, which is one of `names`; 0 m at least."""
         bodies, outline = self._entities.bodies, placed_outline(self._bases[robot], pose)
         if other in self._walls_by_name:
-            distance = outline.to_walls(self._walls_by_name[other], math.inf).distance
+            walls = self._walls_by_name[other]
+            distance = outline.to_walls(walls, walls.nearest(pose.x, pose.y), math.inf).distance
         elif other in bodies:
             distance = outline.to_body(bodies[other], self._engine.body_state(other))
         elif other in self._bases:

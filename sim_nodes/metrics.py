@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import field, replace
 
 from seoro.bridges.wire import EntityMeasurements, Outcome, RobotMeasurements
@@ -135,7 +135,7 @@ class RobotMetrics(Stateful):
 
     Args:
         pose: Initial pose [m, rad].
-        clearance: Returns the nearest entity at a pose that is nearer than a distance [m], if any.
+        closest: The nearest entity there.
         rooms: Rooms of the world.
         lever: Radius of a footprint [m], whose corners move in turns; 0 for a circle.
     """
@@ -160,19 +160,16 @@ class RobotMetrics(Stateful):
         "_goals",
     )
 
-    def __init__(
-        self, pose: Pose2, clearance: Callable[[Pose2, float], Clearance], rooms: Rooms, lever: float = 0.0
-    ) -> None:
+    def __init__(self, pose: Pose2, closest: Clearance, rooms: Rooms, lever: float = 0.0) -> None:
         self._pose = self._measured_at = pose
         self._lever = lever
         self._tick: int | None = None  # of the last update
-        self._clearance = clearance
         self._path_length = 0.0
         self._driving_ticks = 0
         self._error, self._error_driving, self._deviation, self._speed = Mean(), Mean(), Mean(), Mean()
         self._smoothness = Smoothness()
         self._stays = Stays(rooms)
-        self._closest = clearance(pose, math.inf)
+        self._closest = closest
         self._contacts: dict[str, int] = {}
         self._goal: Goal | None = None  # navigation goal
         self._began: tuple[Pose2, float] = (pose, 0.0)  # pose and path length at its start
@@ -186,8 +183,11 @@ class RobotMetrics(Stateful):
         believed: Pose2 | None,
         deviation: float | None,
         tick: int,
-    ) -> None:
+    ) -> float | None:
         """Update with the pose of the robot.
+
+        Returns:
+            Distance up to which the nearest entity is wanted by `approach` [m]; None if it is not.
 
         Args:
             pose: True pose.
@@ -204,6 +204,7 @@ class RobotMetrics(Stateful):
         self._tick = tick
         interval = ticks * TICK
         moving = way > MOVING[0] * interval or turn > MOVING[1] * interval
+        within = None
         self._pose = pose
         self._stays.add(x, y, ticks)
         if not moving or ticks != 1:
@@ -216,14 +217,19 @@ class RobotMetrics(Stateful):
             last_x, last_y, last_yaw = self._measured_at
             if math.hypot(x - last_x, y - last_y) + self._lever * abs(wrap(yaw - last_yaw)) >= STEP:
                 self._measured_at = pose
-                found = self._clearance(pose, self._closest.distance)
-                self._closest = min(self._closest, found, key=lambda clearance: clearance.distance)
+                within = self._closest.distance
         if believed is not None and deviation is not None:
             error = math.hypot(believed.x - x, believed.y - y)
             self._error.add(error)
             self._deviation.add(deviation)
             if moving:
                 self._error_driving.add(error)
+        return within
+
+    def approach(self, nearest: Clearance) -> None:
+        """Update with the nearest entity."""
+        if nearest.distance < self._closest.distance:
+            self._closest = nearest
 
     def count_contact(self, other: str) -> None:
         """Count a contact with another entity."""

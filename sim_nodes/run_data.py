@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
-from functools import partial
 
 from seoro.bridges.wire import Measurements, RobotMeasurements
 from seoro.deferred import dataclass
-from sim_nodes.clearance import Clearance, Clearances
+from sim_nodes.clearance import Clearance, Clearances, Search
 from sim_nodes.entities import Entities
 from sim_nodes.frames import Frames
 from sim_nodes.geometry import Pose2, Vector
@@ -99,14 +98,14 @@ class RunData(Stateful):
         self.trails: dict[str, list[Vector]] = {}
         self._since: dict[str, float] = {}  # times at which the bodies of the trails were spawned [s]
         self._bases = {name: robot.mobile.declaration for name, robot in robots.items() if robot.drives}
-        self.clearances = Clearances(engine, world.walls, entities, self._bases, surface.known)
+        self.clearances = Clearances(engine, world.walls, entities, self._bases)
         self._working = engine if isinstance(engine, MeasuresWork) else None
         self._work_before = {name: self._total_work(name) for name in robots}  # of the run [J]
         self._rooms = Rooms({pose.name: pose.room for pose in world.poses if pose.room is not None})
         self._mobiles = {name: robot.mobile for name, robot in robots.items() if robot.drives}
         self._measuring = {
-            name: RobotMetrics(frames.true_pose(name), self._nearest_of(name), self._rooms, self._lever_of(name))
-            for name in robots
+            name: RobotMetrics(pose, self._nearest(name, pose), self._rooms, self._lever_of(name))
+            for name, pose in ((name, frames.true_pose(name)) for name in robots)
         }
         self._entity_metrics: dict[str, EntityMetrics] = {}
         self._tools = {
@@ -116,26 +115,33 @@ class RunData(Stateful):
         }
         self.trajectories = Trajectories(engine, robots, entities, touches, tick)
 
-    def _nearest_of(self, robot: str) -> Callable[[Pose2, float], Clearance]:
-        """Return the function that finds the nearest entity; robots that do not drive have no outline."""
-        return partial(self.clearances.nearest, robot) if robot in self._bases else lambda *_: Clearance()
+    def _nearest(self, robot: str, pose: Pose2) -> Clearance:
+        """Return the nearest entity; robots that do not drive have no outline."""
+        return self.clearances.nearest([Search(robot, pose)])[0] if robot in self._bases else Clearance()
 
     def _lever_of(self, robot: str) -> float:
         """Return how far a point of a robot's outline moves relative to its base in a turn [m/rad]."""
         base = self._bases.get(robot)
         return 0.0 if base is None or base.footprint is None else base.footprint.radius
 
-    def record_pose(self, robot: Robot, time: float, tick: int) -> None:
-        """Record the pose of a robot at a time [s]."""
-        name = robot.name
-        state = self._engine.body_state(name)
-        pose, (vx, vy, _) = state.planar, state.linear
-        self.records[name].add_pose(pose, time)
-        self.trajectories.record_robot(robot, tick)
-        believed = deviation = None
-        if (base := self._mobiles.get(name)) is not None:
-            believed, deviation = base.localised_pose(), base.deviation()
-        self._measuring[name].update(pose, math.hypot(vx, vy), believed, deviation, tick)
+    def record_poses(self, robots: Sequence[Robot], time: float, tick: int) -> None:
+        """Record the poses of robots at a time [s]."""
+        searches = []
+        for robot in robots:
+            name = robot.name
+            state = self._engine.body_state(name)
+            pose, (vx, vy, _) = state.planar, state.linear
+            self.records[name].add_pose(pose, time)
+            self.trajectories.record_robot(robot, tick)
+            believed = deviation = None
+            if (base := self._mobiles.get(name)) is not None:
+                believed, deviation = base.localised_pose(), base.deviation()
+            within = self._measuring[name].update(pose, math.hypot(vx, vy), believed, deviation, tick)
+            if within is not None and base is not None:
+                searches.append(Search(name, pose, within))
+        if searches:
+            for search, found in zip(searches, self.clearances.nearest(searches), strict=True):
+                self._measuring[search.robot].approach(found)
 
     def record_positions(self, tick: int, *, at_rest: bool) -> None:
         """Record the positions of tools and movable bodies.

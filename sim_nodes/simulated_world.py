@@ -11,7 +11,7 @@ from sim_nodes.agents.agents import Agents
 from sim_nodes.agents.drawing import draw_agents
 from sim_nodes.agents.walls import Walls
 from sim_nodes.buildings.buildings import Buildings
-from sim_nodes.clearance import Clearance
+from sim_nodes.clearance import Clearance, Search
 from sim_nodes.departures import Departures
 from sim_nodes.entities import Entities
 from sim_nodes.event_log import EventLog, WorldEvent
@@ -159,7 +159,7 @@ class SimulatedWorld(Stateful):
         if robot not in self.robots or (other and other not in clearances.names):
             return None
         pose = self.frames.true_pose(robot)
-        return clearances.between(robot, pose, other) if other else clearances.nearest(robot, pose)
+        return clearances.between(robot, pose, other) if other else clearances.nearest([Search(robot, pose)])[0]
 
     def localization_error(self, robot: str) -> float | None:
         """Return the distance between a robot's estimated and true position [m]; None without an estimate."""

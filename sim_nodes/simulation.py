@@ -114,10 +114,10 @@ class Simulation(CommandedWorld):
         for robot in awake:
             self._report(robot, navigated.get(robot.name, ()))
             self._report(robot, robot.tick(tick))
-            self.run_data.record_pose(robot, time, tick)
             self._report_departure(robot.name)
             if robot.drives and (feedback := robot.mobile.feedback_due()) is not None:
                 self._emit(feedback_message(robot.name, self.time, feedback))
+        self.run_data.record_poses(awake, time, tick)
         at_rest = tick % IDLE_TICKS != 0 and not (awake or self.agents or self.buildings)
         self.run_data.record_positions(tick, at_rest=at_rest)
         self._check_watches()

@@ -37,10 +37,13 @@ NO_ROOMS = Rooms({})
 
 def test_errors_are_means_over_time_and_while_moving() -> None:
     here = Pose2(0.0, 0.0, 0.0)
-    measuring = RobotMetrics(here, lambda pose, _: Clearance(2.0 - pose.x, "wall"), NO_ROOMS)
+    measuring = RobotMetrics(here, Clearance(2.0, "wall"), NO_ROOMS)
     measuring.update(here, 0.0, None, None, 0)  # not localised yet
     for i in range(1, 101):
-        measuring.update(Pose2(0.01 * i, 0.0, 0.0), 0.5, Pose2(0.01 * i, 0.1, 0.0), 0.05, i)
+        within = measuring.update(Pose2(0.01 * i, 0.0, 0.0), 0.5, Pose2(0.01 * i, 0.1, 0.0), 0.05, i)
+        if within is not None:  # once in each centimetre
+            assert within > 2.0 - 0.01 * i
+            measuring.approach(Clearance(2.0 - 0.01 * i, "wall"))
     for i in range(101, 201):
         measuring.update(Pose2(1.0, 0.0, 0.0), 0.0, Pose2(1.0, 0.3, 0.0), 0.07, i)
     measuring.count_contact("box")
@@ -63,7 +66,7 @@ def test_errors_are_means_over_time_and_while_moving() -> None:
 
 
 def test_measurements_without_values_are_none() -> None:
-    result = RobotMetrics(Pose2(0.0, 0.0, 0.0), lambda *_: Clearance(), NO_ROOMS).result(0)
+    result = RobotMetrics(Pose2(0.0, 0.0, 0.0), Clearance(), NO_ROOMS).result(0)
     assert result.localisation_error is None
     assert result.closest_approach is None
     assert result.mean_speed is None

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from sim_nodes.check.drives import robot_with
+from sim_nodes.clearance import Search
 from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Hull, Part, PlacedRobot, Shape, Sphere
 from sim_nodes.polygons import Shadow, distance_from_polygon, distance_to_shadow, placed_corners
@@ -118,5 +119,5 @@ def test_round_robots_and_those_with_a_footprint_have_one_distance() -> None:
     expected = pytest.approx(0.9 - 0.32 - 0.164, abs=1e-3)
     assert clearances.between("mine", places.true_pose("mine"), "round").distance == expected
     assert clearances.between("round", places.true_pose("round"), "mine").distance == expected
-    nearest = clearances.nearest("mine", places.true_pose("mine"))
+    (nearest,) = clearances.nearest([Search("mine", places.true_pose("mine"))])
     assert nearest.entity == "round" and nearest.distance == expected
