@@ -22,10 +22,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_nodes.geometry import Array, Pose2
+from sim_nodes.geometry import Array, Indices, Pose2
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.navigation.motion_models import move_anywhere, move_forwards
-from sim_nodes.navigation.particles import Estimate, adapted_count, bins, draw, estimate, particles_needed
+from sim_nodes.navigation.particles import (
+    Estimate,
+    adapted_count,
+    bins,
+    draw,
+    estimate,
+    occupied,
+    particles_needed,
+)
 from sim_nodes.navigation.place_search import best_places, refined
 from sim_nodes.noise import Noise
 from sim_nodes.robots.declaration import MobileDeclaration
@@ -164,10 +172,11 @@ class Localisation(Stateful):
         self._move(self.particles, motion, self._parameters, random)
         self._odometry = odometry
         evidence, beams = self._evidence(scan)
-        self._resample(evidence, random)
+        where = self._resample(evidence, random)
         if p.recovery_alpha_slow:
             self._scatter(evidence, beams, random)
-        self._estimate = estimate(self.particles)
+            where = bins(self.particles)
+        self._estimate = estimate(self.particles, where)
         if self._lost:
             self._continue_search(self._estimate, scan, random)
         else:
@@ -182,8 +191,8 @@ class Localisation(Stateful):
         spread = random.standard_normal((self._parameters.max_particles, 3)) * np.array(AROUND)
         self.particles = np.array(believed.pose) + spread
         evidence, _ = self._evidence(scan)
-        self._resample(evidence, random)
-        found = estimate(self.particles)
+        where = self._resample(evidence, random)
+        found = estimate(self.particles, where)
         if self._misfit(found.pose, scan) <= BETTER * misfit:
             self._estimate = found
         else:
@@ -219,11 +228,11 @@ class Localisation(Stateful):
 
     def _misfit(self, pose: Pose2, scan: Scan) -> float:
         """Return the share of beams that do not end near anything on the map, for a pose."""
-        bx, by = scan.x[scan.hit], scan.y[scan.hit]
+        bx, by = (scan.x, scan.y) if scan.is_complete else (scan.x[scan.hit], scan.y[scan.hit])
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         cells = self._framed.cells(pose.x + cos * bx - sin * by, pose.y + sin * bx + cos * by)
         misses = self._log_likelihood[cells] < self._fitting
-        return float(misses.mean()) if len(misses) else 1.0
+        return int(np.count_nonzero(misses)) / len(misses) if len(misses) else 1.0
 
     # ------------------------------------------------------------ the filter
 
@@ -270,18 +279,21 @@ class Localisation(Stateful):
         cells += inner
         return cells
 
-    def _resample(self, evidence: Array, random: np.random.Generator) -> None:
-        """Draw the required number of particles by weight."""
+    def _resample(self, evidence: Array, random: np.random.Generator) -> Indices:
+        """Draw the required number of particles by weight; returns their bins."""
         p = self._parameters
         weights = np.exp((p.global_beam_weight if self._lost else p.beam_weight) * (evidence - evidence.max()))
         weights /= weights.sum()
-        self.particles = self.particles[draw(weights, self._needed(weights, random), random.random())]
+        where = bins(self.particles)
+        chosen = draw(weights, self._needed(where, weights, random), random.random())
+        self.particles = self.particles[chosen]
+        return where[chosen]
 
-    def _needed(self, weights: Array, random: np.random.Generator) -> int:
+    def _needed(self, where: Indices, weights: Array, random: np.random.Generator) -> int:
+        """Return the required number of particles, by the bins of the present ones."""
         p = self._parameters
         most = p.global_particles if self._lost else p.max_particles
-        where = bins(self.particles)
-        if particles_needed(np.array(float(len(np.unique(where)))), p.pf_err, p.pf_z) <= p.min_particles:
+        if particles_needed(np.array(float(occupied(where))), p.pf_err, p.pf_z) <= p.min_particles:
             return p.min_particles
         drawn = where[random.choice(len(weights), most, p=weights)]
         return adapted_count(drawn, p.min_particles, most, p.pf_err, p.pf_z)

@@ -6,6 +6,7 @@ import math
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seoro.deferred import dataclass
 from sim_nodes.geometry import Array, Indices, Pose2, wrap
@@ -37,7 +38,8 @@ class Estimate:
 
 def bins(particles: Array) -> Indices:
     """Return the bin number of each particle, shape (n,)."""
-    x, y, yaw = np.floor(particles / BIN).astype(np.int64).T
+    # One column after the other, because rows of three take several times as long.
+    x, y, yaw = (np.floor(particles[:, axis] / size).astype(np.int64) for axis, size in enumerate(BIN))
     turns = round(2.0 * math.pi / BIN[2])
     numbers: Indices = ((x + SIDE // 2) * SIDE + y + SIDE // 2) * turns + yaw % turns
     return numbers
@@ -84,25 +86,50 @@ def draw(weights: Array, count: int, offset: float) -> Indices:
         offset: Random number in [0, 1).
     """
     chosen: Indices = np.searchsorted(np.cumsum(weights), (offset + np.arange(count)) / count)
-    return chosen.clip(0, len(weights) - 1)
+    return np.minimum(chosen, len(weights) - 1)
 
 
-def estimate(particles: Array) -> Estimate:
-    """Return the densest place: the fullest bin and its surroundings."""
-    where = bins(particles)
+def occupied(where: Indices) -> int:
+    """Return the number of different bins."""
     numbers = np.sort(where)
-    ends = np.append(np.flatnonzero(numbers[1:] != numbers[:-1]) + 1, len(numbers))
-    fullest = numbers[ends[np.diff(ends, prepend=0).argmax()] - 1]
-    here = _mean(particles[where == fullest])
-    offset = particles - np.array(here)
-    offset[:, 2] = wrap(offset[:, 2])
-    x, y, yaw = np.abs(offset.T)
-    cluster = particles[(x < NEAR[0]) & (y < NEAR[1]) & (yaw < NEAR[2])]
-    pose = _mean(cluster)
-    deviation = cluster - np.array(pose)
-    deviation[:, 2] = wrap(deviation[:, 2])
+    return 1 + int(np.count_nonzero(numbers[1:] != numbers[:-1]))
+
+
+def estimate(particles: Array, where: Indices) -> Estimate:
+    """Return the densest place: the fullest bin and its surroundings.
+
+    Args:
+        particles: Poses (x, y, yaw), shape (n, 3).
+        where: Their bins.
+    """
+    core = _some(particles, where == _fullest(where))
+    here = _mean(core)
+    x, y, yaw = _offsets(particles, here)
+    near = (np.abs(x) < NEAR[0]) & (np.abs(y) < NEAR[1]) & (np.abs(yaw) < NEAR[2])
+    cluster = _some(particles, near)
+    pose = here if cluster is core else _mean(cluster)
+    deviation = np.column_stack(_offsets(cluster, pose))
     covariance: Array = deviation.T @ deviation / len(cluster)
     return Estimate(pose, covariance, len(cluster) / len(particles))
+
+
+def _fullest(where: Indices) -> int:
+    """Return the bin with the most particles, the first of several."""
+    numbers = np.sort(where)
+    ends = [*(np.flatnonzero(numbers[1:] != numbers[:-1]) + 1).tolist(), len(numbers)]
+    sizes = [end - start for start, end in zip([0, *ends], ends, strict=False)]
+    return int(numbers[ends[sizes.index(max(sizes))] - 1])
+
+
+def _some(particles: Array, chosen: NDArray[np.bool_]) -> Array:
+    """Return the chosen particles, which are often all of them."""
+    return particles if chosen.all() else particles[chosen]
+
+
+def _offsets(particles: Array, pose: Pose2) -> tuple[Array, Array, Array]:
+    """Return the differences of x, y and yaw from a pose."""
+    x, y, yaw = (particles[:, axis] - value for axis, value in enumerate(pose))
+    return x, y, wrap(yaw)
 
 
 def _mean(particles: Array) -> Pose2:

@@ -43,7 +43,8 @@ def test_the_estimate_is_the_densest_place_not_a_mean_of_two() -> None:
     random = np.random.default_rng(1)
     here = np.array([2.2, 1.2, math.pi]) + random.normal(0.0, 0.05, (700, 3))
     there = np.array([-3.0, 0.0, 0.0]) + random.normal(0.0, 0.05, (300, 3))
-    found = estimate(np.concatenate([there, here]))
+    particles = np.concatenate([there, here])
+    found = estimate(particles, bins(particles))
     assert found.pose.distance(2.2, 1.2) < 0.02
     assert abs(found.pose.yaw) == pytest.approx(math.pi, abs=0.02)
     assert found.share == pytest.approx(0.7)
