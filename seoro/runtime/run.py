@@ -217,9 +217,10 @@ class Execution:
 
     async def _run_to_end(self) -> Verdict:
         wall_start = time.monotonic()
-        self._record_start()
+        beginning = self._record_start()
         scheduler = self._scheduler
-        self._services.root = scheduler.start_root(self._perform_entry)
+        root = self._services.root = scheduler.start_root(self._perform_entry)
+        root.past.cause = beginning
         cancelled = False
         async with shielded(self._stop_with_task):
             for backend in self._settings.backends:
@@ -261,8 +262,8 @@ class Execution:
 
     # -------------------------------------------------------- results
 
-    def _record_start(self) -> None:
-        self._trace.record(
+    def _record_start(self) -> int | None:
+        return self._trace.record(
             "run.start",
             scenario=self._plan.entry,
             file=self._plan.file,
@@ -313,6 +314,7 @@ class Execution:
     def _record_end(self, verdict: Verdict) -> None:
         self._trace.record(
             "run.end",
+            self._services.root.past.cause if self._services.root is not None else None,
             status=verdict.status.value,
             reason=verdict.reason,
             source=str(verdict.span) if verdict.span else "",

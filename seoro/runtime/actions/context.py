@@ -13,6 +13,7 @@ from seoro.errors import ActionFailed, BackendLost
 from seoro.runtime.actions.pending import Notifier, Pending
 from seoro.runtime.contracts.backends import GoalStatus, Report
 from seoro.runtime.execution.outputs import Outputs
+from seoro.runtime.execution.services import Writer
 from seoro.runtime.kernel.task import Waiter
 from seoro.runtime.values.text import message_text
 from seoro.runtime.verdict import Cancelled, RunStatus
@@ -149,13 +150,10 @@ class ActionContext:
             variable: The variable.
             change: Returns the new value for the present one, which other changes may have updated.
         """
-        self._context.services.write(
-            variable.holder,
-            variable.name,
-            variable.path,
-            self._context.position,
-            self._context.number,
-            lambda: cast("Value", change(variable.value)),
+        context = self._context
+        writer = Writer(context.position, context.number, context.task.past.cause)
+        context.services.write(
+            variable.holder, variable.name, variable.path, writer, lambda: cast("Value", change(variable.value))
         )
 
     async def sleep(self, duration: float) -> None:

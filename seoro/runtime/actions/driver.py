@@ -103,7 +103,7 @@ class ActionDriver:
         """Start the grace period when the cancellation is delivered, possibly without a step here."""
         if self._deadline is None:
             self._set_deadline()
-            self._context.services.trace.record("behavior.cancel", id=self._context.number)
+            self._context.services.trace.record("behavior.cancel", self._task.past.cause, id=self._context.number)
 
     def _set_deadline(self) -> None:
         self._deadline = asyncio.get_running_loop().call_later(self._ctx.grace, self._give_up)

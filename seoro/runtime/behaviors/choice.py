@@ -74,7 +74,7 @@ class Choice:
         self._decided = child
         for other in self.group.alive:
             if other is not child:
-                self.group.cancel(other)
+                self.group.cancel(other, child)
 
     def _was_invoked(self, child: Task, outcome: Outcome) -> bool:
         """Whether a member did more than wait for its guard."""

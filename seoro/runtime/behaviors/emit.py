@@ -31,7 +31,7 @@ def run_emit(plan: Emit, context: ExecutionContext, environment: Environment, pa
     if isinstance(event, PhaseEvent) and event.label is None and event.phase is not Phase.START:
         scope = context.instance.scope
         assert scope is not None, "its scenario is running"
-        context.scheduler.at_commit(context.position, partial(_end, scope, plan, context))
+        context.scheduler.at_commit(context.position, partial(_end, scope, plan, context), past.cause)
         return SUCCEEDED
     arguments: dict[str, Value] = {}
     if isinstance(event, DeclaredEvent):

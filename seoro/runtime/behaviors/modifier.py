@@ -30,8 +30,9 @@ from seoro.runtime.execution.context import Carry, ExecutionContext
 from seoro.runtime.explanation import Explanation
 from seoro.runtime.instances.applied import Applied, Modifying
 from seoro.runtime.kernel.cancel_scope import CancelScope
-from seoro.runtime.kernel.task import Waiter
+from seoro.runtime.kernel.task import CausalPast, Waiter
 from seoro.runtime.parameters.parameters import actor_of, enter_modifier
+from seoro.runtime.trace.records import Trace
 from seoro.runtime.values.environment import EvaluationError
 from seoro.runtime.verdict import Outcome, RunStatus, Status
 
@@ -49,7 +50,8 @@ async def run_modifier(applied: Applied, context: ExecutionContext, inner: Carry
     fields = {"type": "modifier", "name": name, "path": path, "source": source}
     trace = services.trace
     arguments = trace.exact.fields(applied.fields) if trace.is_observed else {}
-    trace.record("behavior.start", id=number, parent=context.number, **fields, arguments=arguments)
+    record = partial(_record, trace, context.task.past)
+    record("behavior.start", id=number, parent=context.number, **fields, arguments=arguments)
     inside = context.inside(number)
     instance = enter_modifier(applied, f"{context.path}/{applied.name}")
 
@@ -65,25 +67,30 @@ async def run_modifier(applied: Applied, context: ExecutionContext, inner: Carry
         else:
             outcome = await carry(inside)
     except (asyncio.CancelledError, EvaluationError):
-        trace.record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
+        record("behavior.end", id=number, status=Status.CANCELLED.value, reason="")
         raise
-    trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+    record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
     return outcome
+
+
+def _record(trace: Trace, past: CausalPast, kind: str, **fields: Any) -> None:
+    """Add a record; it becomes the cause of what comes next."""
+    if trace.is_observed:
+        past.cause = trace.record(kind, past.cause, **fields)
 
 
 async def _attempt(inner: Carry, context: ExecutionContext) -> Outcome:
     """Run the modified behavior once, between records of the attempt."""
-    trace, modifier = context.services.trace, context.number
-    if trace.is_observed:
-        trace.record("attempt.start", modifier=modifier, path=context.path)
+    record, modifier = partial(_record, context.services.trace, context.task.past), context.number
+    record("attempt.start", modifier=modifier, path=context.path)
     try:
         if context.invoked is not None and context.invoked.is_watched:
             context.invoked.renew(context)
         outcome = await inner(context)
     except (asyncio.CancelledError, EvaluationError):
-        trace.record("attempt.end", modifier=modifier, status=Status.CANCELLED.value, reason="")
+        record("attempt.end", modifier=modifier, status=Status.CANCELLED.value, reason="")
         raise
-    trace.record("attempt.end", modifier=modifier, status=outcome.status.value, reason=outcome.reason)
+    record("attempt.end", modifier=modifier, status=outcome.status.value, reason=outcome.reason)
     return outcome
 
 

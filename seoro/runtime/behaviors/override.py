@@ -49,7 +49,9 @@ def start_labelled(label: str, context: ExecutionContext, scope: CancelScope) ->
     """Register a running labelled behavior, and end the behaviors that it overrides at commit."""
     running = context.instance.running
     context.scheduler.write(context.position, partial(running.__setitem__, label, scope))
-    context.scheduler.at_commit(context.position, partial(_end_overridden, label, context, scope))
+    context.scheduler.at_commit(
+        context.position, partial(_end_overridden, label, context, scope), context.task.past.cause
+    )
 
 
 def end_labelled(label: str, context: ExecutionContext, scope: CancelScope) -> None:

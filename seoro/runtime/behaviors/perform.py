@@ -82,7 +82,7 @@ async def recorded(behavior: Behavior, context: ExecutionContext, carry: Carry) 
         message = f"`{label}` does not start: {overridden.reason}"
         services.trace.log(message, "debug", behavior.span)
         return overridden
-    number = context.number = record_start(behavior, context)
+    number = context.number = record_start(behavior, context, context.task.past)
     outcome = CANCELLED
     if label is not None:
         _emit_phase(label, Phase.START, context)
@@ -103,7 +103,7 @@ async def recorded(behavior: Behavior, context: ExecutionContext, carry: Carry) 
                 _record_cancelled(number, behavior, context)
             raise
     outcome = scope.outcome or outcome
-    record_end(number, outcome, context)
+    record_end(number, outcome, services, context.task.past)
     if label is not None:
         _emit_phase(label, Phase.FAIL if outcome.failed else Phase.END, context)
     return outcome
@@ -125,7 +125,7 @@ async def _end_run(error: EvaluationError, context: ExecutionContext) -> None:
 def _record_cancelled(number: int, behavior: Behavior, context: ExecutionContext) -> None:
     """Record the end of a behavior that was cancelled with a surrounding scope."""
     services, task = context.services, context.task
-    record_end(number, CANCELLED, context)
+    record_end(number, CANCELLED, services, task.past)
     if services.is_ending:
         took = time.monotonic() - task.cancelled_at
         services.cancelled.append(Cancelled(context.path, type_of(behavior), behavior.span, took, task.overran))

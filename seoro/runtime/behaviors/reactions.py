@@ -19,6 +19,7 @@ from seoro.runtime.behaviors.call import run_call
 from seoro.runtime.behaviors.emit import run_emit
 from seoro.runtime.behaviors.records import record_end, record_start
 from seoro.runtime.execution.context import ExecutionContext
+from seoro.runtime.execution.services import Writer
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import newly_held
 from seoro.runtime.kernel.cancel_scope import CancelScope
@@ -79,7 +80,8 @@ class Reactions:
         def answer(environment: Environment, past: CausalPast) -> None:
             inside.services.count_start(sample.span, 0)
             value = evaluate(sample.value, environment)
-            inside.services.write(holder, sample.field, shown, inside.position, inside.number, lambda: value)
+            writer = Writer(inside.position, inside.number, past.cause)
+            inside.services.write(holder, sample.field, shown, writer, lambda: value)
 
         environment = self._context.environment()
         if holder is not self._context.instance:
@@ -116,7 +118,8 @@ class Reactions:
         def meet(occurrence: Occurrence) -> bool:
             bound: dict[str, Value | HasFields] = {name: occurrence} if name is not None else {}
             there = environment.bind(**bound)
-            react = partial(self._react, inside, self._abandoned, partial(answer, there, past))
+            take = partial(_answer_to, inside.scheduler.cause, past, partial(answer, there, past))
+            react = partial(self._react, inside, self._abandoned, take)
             inside.scheduler.react(inside.position, react)
             return True
 
@@ -133,11 +136,16 @@ class Reactions:
             inside.services.fail(error)
 
 
+def _answer_to(cause: int | None, past: CausalPast, answer: Callable[[], None]) -> None:
+    past.cause = cause
+    answer()
+
+
 def _carry_out(
     member: Emit | CallMethod, context: ExecutionContext, environment: Environment, past: CausalPast
 ) -> None:
     context.services.count_start(member.span, len(context.position))
-    number = record_start(member, context)
+    number = record_start(member, context, past)
     outcome = CANCELLED  # unless it has a value
     try:
         if isinstance(member, Emit):
@@ -145,4 +153,4 @@ def _carry_out(
         else:
             outcome = run_call(member, environment)
     finally:
-        record_end(number, outcome, context)
+        record_end(number, outcome, context.services, past)

@@ -8,17 +8,25 @@ from seoro.runtime.execution.names import name_of, type_of
 from seoro.runtime.execution.services import Services
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.instances.times import DURATION
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.verdict import Outcome
 
 
-def record_start(behavior: Behavior, context: ExecutionContext) -> int:
-    """Record the start of a behavior; return its number."""
+def record_start(behavior: Behavior, context: ExecutionContext, past: CausalPast) -> int:
+    """Record the start of a behavior; return its number.
+
+    Args:
+        behavior: The behavior.
+        context: Its context.
+        past: Past of its task or reaction; the record becomes the cause of what comes next.
+    """
     services = context.services
     number = services.new_id()
     if not services.trace.is_observed:
         return number
-    services.trace.record(
+    past.cause = services.trace.record(
         "behavior.start",
+        past.cause,
         id=number,
         parent=context.number,
         type=type_of(behavior),
@@ -29,11 +37,19 @@ def record_start(behavior: Behavior, context: ExecutionContext) -> int:
     return number
 
 
-def record_end(number: int, outcome: Outcome, context: ExecutionContext) -> None:
-    """Record the end of a behavior."""
-    services = context.services
+def record_end(number: int, outcome: Outcome, services: Services, past: CausalPast) -> None:
+    """Record the end of a behavior.
+
+    Args:
+        number: Its number.
+        outcome: Its outcome.
+        services: Services of the run.
+        past: Past of its task or reaction; the record becomes the cause of what comes next.
+    """
     if services.trace.is_observed:
-        services.trace.record("behavior.end", id=number, status=outcome.status.value, reason=outcome.reason)
+        past.cause = services.trace.record(
+            "behavior.end", past.cause, id=number, status=outcome.status.value, reason=outcome.reason
+        )
 
 
 def record_instance(instance: Instance, behavior: int | None, services: Services) -> None:

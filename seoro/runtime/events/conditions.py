@@ -83,7 +83,7 @@ class Conditions:
             case Holds(expression) | Rise(expression) | Fall(expression):
                 awaited = not isinstance(condition, Fall)
                 watch = _Watch(expression, environment, lambda value: occurs() if value is awaited else None)
-                watch.path = context.path
+                watch.path, watch.cause = context.path, context.past.cause
                 watch.value = self._evaluate(watch)
                 if isinstance(condition, Holds) and watch.value:
                     occurs()
@@ -94,7 +94,7 @@ class Conditions:
                 except EvaluationError as error:
                     self._failed(error)
                     return _nothing
-                return self._at(end, occurs)
+                return self._at(end, occurs, context.past.cause)
             case Every():
                 return self._arm_every(condition, environment, context, occurs)
             case _:
@@ -171,7 +171,7 @@ class Conditions:
         except EvaluationError as error:
             self._failed(error)
             return _nothing
-        ticks = Ticks(self._scheduler, first, period, occurs)
+        ticks = Ticks(self._scheduler, first, period, occurs, context.past.cause)
         ticks.start()
         return ticks.stop
 
@@ -182,12 +182,18 @@ class Conditions:
         passed = self._scheduler.now - round(first + number * period, TIME_DIGITS)
         return number >= 0 and passed <= (0.0 if self._scheduler.is_exact else POLL_PERIOD)
 
-    def _at(self, time: float, act: Callable[[], None]) -> Stop:
-        """Call a function at a time; now, if it has come."""
+    def _at(self, time: float, act: Callable[[], None], cause: int | None) -> Stop:
+        """Call a function at a time; now, if it has come.
+
+        Args:
+            time: The time [s].
+            act: The function.
+            cause: Cause of its effects; see `CausalPast`.
+        """
         if time <= self._scheduler.now:
             act()
             return _nothing
-        timer = Timer(act)
+        timer = Timer(act, cause=cause)
         self._scheduler.act_at(time, timer)
         return partial(setattr, timer, "over", True)
 
@@ -233,7 +239,7 @@ class Conditions:
                 self._readers.setdefault(key, {})[watch] = None
         watch.poll.over = True
         if reads.is_external:
-            watch.poll = Timer(partial(self._look_again, watch))
+            watch.poll = Timer(partial(self._look_again, watch), cause=watch.cause)
             self._scheduler.act_at(self._scheduler.now + POLL_PERIOD, watch.poll)
         return value
 
@@ -264,6 +270,7 @@ class _Watch:
         self.environment = environment
         self.turned = turned
         self.path: tuple[int, ...] = ()
+        self.cause: int | None = None  # of changes that time brings about; see `CausalPast`
         self.value = False
         self.reads = Reads()
         self.poll = Timer(_nothing, over=True)

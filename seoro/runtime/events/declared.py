@@ -29,13 +29,14 @@ class Event(Channel):
         name: Its name within the holder; of a labelled member, `label.end`.
     """
 
-    __slots__ = ("derived", "holder", "short_name")
+    __slots__ = ("derived", "holder", "number", "short_name")
 
     def __init__(self, scheduler: Scheduler, path: str, holder: ReferenceType[object], name: str) -> None:
         super().__init__(scheduler, path)
         self.holder = holder
         self.short_name = name
         self.derived = -1  # last instant in which its source has occurred
+        self.number: int | None = None  # of the record of that occurrence
 
 
 class Events:
@@ -80,19 +81,23 @@ class Events:
 
     def emit(self, event: Event, arguments: Mapping[str, Value], past: CausalPast) -> None:
         """Emit an event; it is delivered after this delta cycle, and is in the past of the emitter."""
-        if event.send(arguments, past, _key(arguments)) is not None:
-            self._trace.occurrence(event, arguments)
+        cause = past.cause
+        occurrence = event.send(arguments, past, _key(arguments))
+        if occurrence is not None:
+            occurrence.cause = self._trace.occurrence(event, arguments, cause)
 
     def emit_outside(self, event: Event, arguments: Mapping[str, Value]) -> None:
         """Emit an event of the application; it is in no past."""
-        if event.send(arguments, CausalPast(), _key(arguments)) is not None:
-            self._trace.occurrence(event, arguments, origin=APPLICATION)
+        occurrence = event.send(arguments, CausalPast(), _key(arguments))
+        if occurrence is not None:
+            occurrence.cause = self._trace.occurrence(event, arguments, None, origin=APPLICATION)
 
     def derive(self, event: Event) -> Occurrence:
         """Return an occurrence of a derived event for one use; recorded once per instant."""
         if event.derived != self._scheduler.instant:
             event.derived = self._scheduler.instant
-            self._trace.occurrence(event, {}, is_derived=True)
+            event.number = self._trace.occurrence(event, {}, self._scheduler.cause, is_derived=True)
+        self._scheduler.cause = event.number
         return Occurrence({})
 
 

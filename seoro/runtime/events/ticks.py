@@ -24,15 +24,23 @@ class Ticks:
         first: First time [s].
         period: Period [s].
         occurs: Called at each time that is not past.
+        cause: Cause of its effects; see `CausalPast`.
     """
 
-    def __init__(self, scheduler: Scheduler, first: float, period: float, occurs: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        scheduler: Scheduler,
+        first: float,
+        period: float,
+        occurs: Callable[[], None],
+        cause: int | None = None,
+    ) -> None:
         self._scheduler = scheduler
         self._first = first
         self._period = period
         self._occurs = occurs
         self._number = max(0, int((scheduler.now - first) / period))
-        self._timer = Timer(self._act)
+        self._timer = Timer(self._act, cause=cause)
 
     def start(self) -> None:
         """Occur now, if it is a time of `every`, and at all later ones."""

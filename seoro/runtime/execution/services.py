@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property, partial
 from itertools import count
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 from weakref import WeakSet
 
 from seoro.lang import frozen
@@ -50,6 +50,20 @@ class Decision(frozen.Value):
     reason: str
     span: Span | None
     explanation: Explanation | None = None
+
+
+class Writer(NamedTuple):
+    """Behavior or reaction that changes a variable.
+
+    Args:
+        position: Its position in the tree of invocations.
+        number: Its trace number.
+        cause: Number of the record that brought about the change.
+    """
+
+    position: tuple[int, ...]
+    number: int | None
+    cause: int | None
 
 
 class Overriding(frozen.Frozen):
@@ -162,8 +176,7 @@ class Services:
         holder: HasFields,
         name: str,
         shown: str,
-        position: tuple[int, ...],
-        by: int | None,
+        writer: Writer,
         value: Callable[[], Value],
     ) -> None:
         """Change a variable, between this delta cycle and the next (section 1 of the semantics).
@@ -172,24 +185,25 @@ class Services:
             holder: Object with the variable as a field.
             name: Name of the field.
             shown: Name of the variable in the trace.
-            position: Position of the writer in the tree of invocations.
-            by: Trace number of the writing behavior.
+            writer: Behavior or reaction that changes it.
             value: Computes the new value at commit.
         """
 
         def commit() -> None:
             changed = value()
             holder.fields[name] = changed  # type: ignore[index] # all holders have a dict
-            self._record_change(holder, name, shown, changed, by)
+            self.scheduler.cause = self._record_change(holder, name, shown, changed, writer)
             self.conditions.changed(holder, name)
 
-        self.scheduler.write(position, commit)
+        self.scheduler.write(writer.position, commit)
 
-    def _record_change(self, holder: HasFields, name: str, shown: str, value: Value, by: int | None) -> None:
+    def _record_change(self, holder: HasFields, name: str, shown: str, value: Value, writer: Writer) -> int | None:
+        """Record a change of a variable; return the number of the record."""
         trace = self.trace
-        if trace.is_observed:
-            fields = {"of": trace.exact.number(holder), "field": name, "exact": trace.exact.value(value), "by": by}
-            trace.record("variable", path=shown, value=plain(value), **fields)
+        if not trace.is_observed:
+            return None
+        fields = {"of": trace.exact.number(holder), "field": name, "exact": trace.exact.value(value)}
+        return trace.record("variable", writer.cause, path=shown, value=plain(value), **fields, by=writer.number)
 
     def samples_of(self, holder: Struct | Actor) -> tuple[Sample, ...]:
         """Return the sampled variables of a struct or an actor."""

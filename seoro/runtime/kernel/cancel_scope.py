@@ -106,7 +106,10 @@ def absorb_cancel(task: Task) -> None:
 
 
 def _cancel(task: Task, depth: int) -> None:
-    tasks = task.descendants(depth)
+    tasks, cause = task.descendants(depth), task.scheduler.cause
+    if cause is not None:
+        for cancelled in (task, *tasks):
+            cancelled.past.cause = cause
     for descendant in tasks:
         descendant.cancelled_depth = 0
     if not 0 <= task.cancelled_depth <= depth:

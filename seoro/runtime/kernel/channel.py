@@ -35,9 +35,10 @@ class Occurrence:
         fields: Its arguments.
     """
 
-    __slots__ = ("__weakref__", "fields", "number")
+    __slots__ = ("__weakref__", "cause", "fields", "number")
 
     def __init__(self, fields: Mapping[str, Any]) -> None:
+        self.cause: int | None = None  # number of its record; see `CausalPast`
         self.number = next(_numbers)
         self.fields = fields
 
@@ -125,8 +126,13 @@ class Channel:
 
     def _offer(self, occurrence: Occurrence, receiver: Receiver) -> None:
         past, instant = receiver.past, self._instant
-        if not past.contains(occurrence.number, instant) and receiver.deliver(occurrence):
+        if past.contains(occurrence.number, instant):
+            return
+        scheduler = self.scheduler
+        before, scheduler.cause = scheduler.cause, occurrence.cause
+        if receiver.deliver(occurrence):
             past.add(occurrence.number, instant)
+        scheduler.cause = before
 
     def _begin_instant(self) -> None:
         """Drop occurrences of earlier instants, which can no longer be received."""

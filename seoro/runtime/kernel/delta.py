@@ -9,7 +9,7 @@ keys:
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from operator import itemgetter
 from typing import Any, TypeAlias
@@ -19,10 +19,13 @@ from seoro.runtime.kernel.task import Task
 StepOrder: TypeAlias = Callable[[tuple[int, ...]], Any]
 """Returns the sort key of a task's path in a delta cycle."""
 
-Effects: TypeAlias = list[tuple[Any, Callable[[], None]]]
+Act: TypeAlias = Callable[[], None]
+
+Effects: TypeAlias = list[tuple[Any, Act, int | None]]
+"""Sort key, effect, and the cause of the effect (`CausalPast.cause`)."""
 
 
-Step: TypeAlias = tuple[Any, Callable[[], None], Task | None, bool]
+Step: TypeAlias = tuple[Any, Act, Task | None, bool]
 """Sort key, function that takes the step, resumed task or None, and whether the step runs alone.
 
 A step that runs alone may take more than one turn of the event loop.
@@ -80,17 +83,21 @@ class Commit:
 
     Args:
         failed: Called when an effect raises, which is a defect; the others are still committed.
+
+    Attributes:
+        cause: Cause of the effect that is being committed.
     """
 
-    __slots__ = ("_failed", "cancellations", "checks", "closings", "sends", "writes")
+    __slots__ = ("_failed", "cancellations", "cause", "checks", "closings", "sends", "writes")
 
     def __init__(self, failed: Callable[[Exception], None]) -> None:
         self._failed = failed
+        self.cause: int | None = None
         self.writes: Effects = []
         self.checks: Effects = []
         self.cancellations: Effects = []
         self.sends: Effects = []
-        self.closings: list[Callable[[], None]] = []
+        self.closings: Effects = []
 
     @property
     def is_due(self) -> bool:
@@ -101,28 +108,30 @@ class Commit:
         """Commit all effects and their consequences; further changes of variables wait for the next commit."""
         if self.writes:
             writes, self.writes = self.writes, []
-            self._call(writes)
+            self._call_in_order(writes)
         if self.checks:
             checks, self.checks = self.checks, []
-            self._call(checks)
+            self._call_in_order(checks)
         while self.cancellations or self.sends:
             cancellations, self.cancellations = self.cancellations, []
-            self._call(cancellations)
+            self._call_in_order(cancellations)
             if not self.cancellations:
                 sends, self.sends = self.sends, []
-                self._call(sends)
+                self._call_in_order(sends)
         if self.closings:
             closings, self.closings = self.closings, []
-            self._call_each(closings)
+            self._call(closings)
 
-    def _call(self, effects: Effects) -> None:
+    def _call_in_order(self, effects: Effects) -> None:
         if len(effects) > 1:
             effects.sort(key=itemgetter(0))
-        self._call_each(map(itemgetter(1), effects))
+        self._call(effects)
 
-    def _call_each(self, effects: Iterable[Callable[[], None]]) -> None:
-        for effect in effects:
+    def _call(self, effects: Effects) -> None:
+        for _, effect, cause in effects:
+            self.cause = cause
             try:
                 effect()
             except Exception as error:
                 self._failed(error)
+        self.cause = None

@@ -69,7 +69,7 @@ class Scheduler(Stepping):
         self._asyncio_group = asyncio.TaskGroup()  # of the root task
         self._outside = 0  # tasks that await the outside world
         self._asking = 0  # of these, tasks whose answer takes no time of the run
-        self._held: list[Callable[[], None]] = []  # external calls since the last instant
+        self._held: list[Callable[[], object]] = []  # external calls since the last instant
         self._began_on_arrival = False  # whether `_drive` must be notified of the present instant
 
     @property
@@ -224,9 +224,7 @@ class Scheduler(Stepping):
         if not self._begins_on_arrival:
             self.wake(waiter)
         elif not (waiter.woken or waiter.over):
-            waiter.woken = True
-            self._has_effects = True
-            self._woken.append(waiter)
+            self._add_woken(waiter)
             self._begin_on_arrival()
 
     def act_now(self, act: Callable[[], None]) -> None:
@@ -240,7 +238,7 @@ class Scheduler(Stepping):
         else:
             self.act_in_instant(act)
 
-    def act_in_instant(self, act: Callable[[], None]) -> None:
+    def act_in_instant(self, act: Callable[[], object]) -> None:
         """Call a function in the present instant if one is open, otherwise in the next.
 
         After the last instant it is called at once: backends are being ended then.
@@ -315,6 +313,7 @@ class Scheduler(Stepping):
         """Process due timers; return whether any acted at once."""
         has_acted = False
         while (due := self._timers.take(self.now)) is not None:
+            self.cause = due.cause if isinstance(due, Timer) else None
             if isinstance(due, Waiter):
                 self.wake(due)
             elif isinstance(due, Timer):
@@ -323,6 +322,7 @@ class Scheduler(Stepping):
                 self._settling.deadlines.append(due)
                 continue
             has_acted = True
+        self.cause = None
         return has_acted
 
     def _settle(self) -> bool:

@@ -47,7 +47,7 @@ class Settling:
         if made:
             for each in made:
                 each.over = True
-                cancellations.append((each.scope.task.path, each.act))
+                cancellations.append((each.scope.task.path, each.act, each.cause))
             return True
         if not self.rest:
             return False

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any, Final
 
 from seoro.runtime.kernel.cancel_scope import absorb_cancel
-from seoro.runtime.kernel.delta import Commit, DeltaCycle, StepOrder
+from seoro.runtime.kernel.delta import Act, Commit, DeltaCycle, Effects, StepOrder
 from seoro.runtime.kernel.settling import READY, parked
 from seoro.runtime.kernel.stack import carried
 from seoro.runtime.kernel.task import CreateTask, Task, TaskFunction, Waiter
@@ -65,6 +65,15 @@ class Stepping:
         raise NotImplementedError
 
     # -------------------------------------------------------- tasks
+
+    @property
+    def cause(self) -> int | None:
+        """Cause of the effect that is being committed, or of the timer that acts; see `CausalPast`."""
+        return self._effects.cause
+
+    @cause.setter
+    def cause(self, cause: int | None) -> None:
+        self._effects.cause = cause
 
     @property
     def cycle(self) -> int:
@@ -122,7 +131,7 @@ class Stepping:
         if task.parent is not None and task.parent.children is not None:
             del task.parent.children[task]
         if task.on_end is not None:
-            self._add_effect(self._effects.cancellations, (task.path, partial(_call_all, task.on_end, task)))
+            self.at_commit(task.path, task.notify_end, task.past.cause)
 
     def step(self, task: Task) -> Awaitable[None]:
         """Wait for the next delta cycle, or take the first step of a task in the cycle of its release."""
@@ -214,38 +223,46 @@ class Stepping:
     def wake(self, waiter: Waiter, value: Any = None) -> None:
         """Wake a waiter at the next commit."""
         if not (waiter.woken or waiter.over):
-            waiter.woken, waiter.value = True, value
-            self._add_effect(self._woken, waiter)
+            waiter.value = value
+            if self._effects.cause is not None and not waiter.task.is_cancelled:
+                waiter.task.past.cause = self._effects.cause
+            self._add_woken(waiter)
+            self._poke()
 
-    def react(self, path: tuple[int, ...], step: Callable[[], None]) -> None:
+    def _add_woken(self, waiter: Waiter) -> None:
+        waiter.woken = True
+        self._has_effects = True
+        self._woken.append(waiter)
+
+    def react(self, path: tuple[int, ...], step: Act) -> None:
         """Take a step in the next cycle that belongs to no task, and awaits nothing."""
         self._cycle.add(path, step)
         self._poke()
 
-    def write(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
+    def write(self, path: tuple[int, ...], effect: Act) -> None:
         """Commit a change of a variable after this cycle, before all other effects, in order of paths."""
-        self._add_effect(self._effects.writes, (path, effect))
+        self._add_effect(self._effects.writes, path, effect)
 
-    def check(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
+    def check(self, path: tuple[int, ...], effect: Act) -> None:
         """Commit a check of a condition, after all changes of variables, in order of paths."""
-        self._add_effect(self._effects.checks, (path, effect))
+        self._add_effect(self._effects.checks, path, effect)
 
-    def at_commit(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
-        """Commit an effect that cancels tasks, in order of paths."""
-        self._add_effect(self._effects.cancellations, (path, effect))
+    def at_commit(self, path: tuple[int, ...], effect: Act, cause: int | None = None) -> None:
+        """Commit an effect that cancels tasks, in order of paths; see `TaskScheduler`."""
+        self._add_effect(self._effects.cancellations, path, effect, cause)
 
-    def send(self, key: tuple[str, str], effect: Callable[[], None]) -> None:
+    def send(self, key: tuple[str, str], effect: Act) -> None:
         """Commit a message of a channel, after cancellations, in the order of channels and messages."""
-        self._add_effect(self._effects.sends, (key, effect))
+        self._add_effect(self._effects.sends, key, effect)
 
-    def after_sends(self, effect: Callable[[], None]) -> None:
+    def after_sends(self, effect: Act) -> None:
         """Commit the end of a subscription, after all messages of the same cycle."""
-        self._add_effect(self._effects.closings, effect)
+        self._add_effect(self._effects.closings, None, effect)
 
-    def _add_effect(self, effects: list[Any], effect: Any) -> None:
+    def _add_effect(self, effects: Effects, key: object, effect: Act, cause: int | None = None) -> None:
         """Add an effect to its kind; it is committed after this cycle."""
         self._has_effects = True
-        effects.append(effect)
+        effects.append((key, effect, self._effects.cause if cause is None else cause))
         self._poke()
 
     def _commit(self) -> None:
@@ -331,8 +348,3 @@ class Stepping:
     def _begin_slice(self) -> None:
         """Note that other tasks of the event loop have run."""
         self._slice_end = time.monotonic() + SLICE
-
-
-def _call_all(acts: list[Callable[[Task], None]], task: Task) -> None:
-    for act in acts:
-        act(task)

@@ -22,11 +22,17 @@ from typing import Any, Protocol, TypeAlias
 
 
 class CausalPast:
-    """Numbers of the occurrences of one instant that were sent or received."""
+    """Numbers of the occurrences of one instant that were sent or received, and the cause of what comes next.
 
-    __slots__ = ("_instant", "_numbers")
+    Attributes:
+        cause: Number of the record that brought about the present state, for the trace; the kernel only passes it
+            on.
+    """
 
-    def __init__(self) -> None:
+    __slots__ = ("_instant", "_numbers", "cause")
+
+    def __init__(self, cause: int | None = None) -> None:
+        self.cause = cause
         self._numbers: set[int] | None = None  # None while empty, as in most tasks
         self._instant = -1
 
@@ -43,7 +49,7 @@ class CausalPast:
 
     def fork(self) -> CausalPast:
         """Return a copy, for a started task or for a subscription."""
-        other = CausalPast()
+        other = CausalPast(self.cause)
         if self._numbers:
             other._numbers, other._instant = set(self._numbers), self._instant
         return other
@@ -80,6 +86,8 @@ class Waiter:
 class TaskScheduler(Protocol):
     """Scheduler as seen by tasks, scopes and groups."""
 
+    cause: int | None  # of the effect that is being committed; see `CausalPast`
+
     @property
     def now(self) -> float:
         """Time of the present instant [s]."""
@@ -96,8 +104,14 @@ class TaskScheduler(Protocol):
     def wake_at(self, time: float, waiter: Waiter) -> None:
         """Wake a waiter in the first instant at or after a time [s]."""
 
-    def at_commit(self, path: tuple[int, ...], effect: Callable[[], None]) -> None:
-        """Commit an effect that cancels tasks after this delta cycle, in order of paths."""
+    def at_commit(self, path: tuple[int, ...], effect: Callable[[], None], cause: int | None = None) -> None:
+        """Commit an effect that cancels tasks after this delta cycle, in order of paths.
+
+        Args:
+            path: Its position.
+            effect: The effect.
+            cause: Its cause; by default, that of the effect that is being committed.
+        """
 
     def start(self, task: Task, function: TaskFunction, args: tuple[Any, ...], create: CreateTask) -> None:
         """Schedule the first step of a task in the next delta cycle."""
@@ -235,6 +249,11 @@ class Task:
         if self.on_end is None:
             self.on_end = []
         self.on_end.append(act)
+
+    def notify_end(self) -> None:
+        """Call the callbacks that were registered for its end."""
+        for act in self.on_end or ():
+            act(self)
 
     def descendants(self, depth: int = 0) -> list[Task]:
         """Return live tasks started in it, directly or indirectly, in order of starts.

@@ -134,8 +134,15 @@ class TaskGroup:
         if self.has_ended:
             self._wake()
 
-    def cancel(self, child: Task) -> None:
-        """Cancel a child. Call at commit."""
+    def cancel(self, child: Task, because_of: Task | None = None) -> None:
+        """Cancel a child. Call at commit.
+
+        Args:
+            child: The child.
+            because_of: Task whose present state is the cause; by default, the cause of the present effect.
+        """
+        if because_of is not None:
+            self.scheduler.cause = because_of.past.cause
         cancel_task(child)
 
     def end(self, child: Task, outcome: Any) -> None:

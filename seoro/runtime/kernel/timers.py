@@ -24,12 +24,14 @@ class Timer:
     Args:
         act: The function.
         over: Whether it is over.
+        cause: Cause of its effects; see `CausalPast`.
     """
 
-    __slots__ = ("act", "over")
+    __slots__ = ("act", "cause", "over")
 
-    def __init__(self, act: Callable[[], None], over: bool = False) -> None:
+    def __init__(self, act: Callable[[], None], over: bool = False, cause: int | None = None) -> None:
         self.act = act
+        self.cause = cause
         self.over = over
 
 
@@ -38,13 +40,14 @@ class Deadline:
 
     Args:
         scope: The limited scope.
-        act: The function; called at commit.
+        act: The function; called at commit. Its cause is that of the present state of the scope.
     """
 
-    __slots__ = ("act", "over", "scope")
+    __slots__ = ("act", "cause", "over", "scope")
 
     def __init__(self, scope: Scope, act: Callable[[], None]) -> None:
         self.scope = scope
+        self.cause = scope.task.past.cause
         self.act = act
         self.over = False
 

@@ -133,12 +133,21 @@ class Trace:
             self._second_text = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(seconds))
         return f"{self._second_text}.{rest // 1000:06}{OFFSET}"
 
-    def record(self, kind: str, **fields: Any) -> None:
-        """Add a record."""
+    def record(self, kind: str, cause: int | None = None, /, **fields: Any) -> int | None:
+        """Add a record, and return its number; None without observers.
+
+        Args:
+            kind: Its kind.
+            cause: Number of the record that brought it about, if known.
+            fields: Its fields.
+        """
         if not self._observers:
-            return
+            return None
+        if cause is not None:
+            fields["cause"] = cause
+        number = next(self._numbers)
         record = {
-            "seq": next(self._numbers),
+            "seq": number,
             "t": self._now(),
             "wall": self._wall(),
             "kind": kind,
@@ -151,6 +160,7 @@ class Trace:
                 self._observers.remove(observer)
                 self.is_observed = bool(self._observers)
                 self._failed(error)
+        return number
 
     def log(self, message: str, level: str, source: Span) -> None:
         """Record a log message.
@@ -164,33 +174,44 @@ class Trace:
         if self._observers:
             self.record("log", level=level, message=message, source=str(source))
 
-    def event(self, path: str, arguments: Mapping[str, Value], **fields: Any) -> None:
-        """Record an event."""
-        if self._observers:
-            shown = {name: plain(value) for name, value in arguments.items()}
-            self.record("event", name=path, arguments=shown, **fields)
+    def event(
+        self, path: str, arguments: Mapping[str, Value], cause: int | None = None, /, **fields: Any
+    ) -> int | None:
+        """Record an event; return the number of the record."""
+        if not self._observers:
+            return None
+        shown = {name: plain(value) for name, value in arguments.items()}
+        return self.record("event", cause, name=path, arguments=shown, **fields)
 
     def occurrence(
-        self, event: RecordedEvent, arguments: Mapping[str, Value], *, is_derived: bool = False, origin: str = ""
-    ) -> None:
-        """Record an event of an instance.
+        self,
+        event: RecordedEvent,
+        arguments: Mapping[str, Value],
+        cause: int | None,
+        *,
+        is_derived: bool = False,
+        origin: str = "",
+    ) -> int | None:
+        """Record an event of an instance; return the number of the record.
 
         Args:
             event: The event.
             arguments: Its arguments.
+            cause: Number of the record that brought it about.
             is_derived: Whether its specification occurred, without an `emit`.
             origin: Emitter other than the scenario.
         """
         holder = event.holder()
-        if self._observers and holder is not None:
-            fields: dict[str, Any] = {"of": self.exact.number(holder), "event": event.short_name}
-            if is_derived:
-                fields["derived"] = True
-            if arguments:
-                fields["exact"] = self.exact.fields(arguments)
-            if origin:
-                fields["origin"] = origin
-            self.event(event.name, arguments, **fields)
+        if not self._observers or holder is None:
+            return None
+        fields: dict[str, Any] = {"of": self.exact.number(holder), "event": event.short_name}
+        if is_derived:
+            fields["derived"] = True
+        if arguments:
+            fields["exact"] = self.exact.fields(arguments)
+        if origin:
+            fields["origin"] = origin
+        return self.event(event.name, arguments, cause, **fields)
 
 
 def write_error_text(error: Exception) -> str:

@@ -56,7 +56,7 @@ class Group:
     def alive(self) -> list[Task]:
         return [child for child in self.children if child.alive]
 
-    def cancel(self, child: Task) -> None:
+    def cancel(self, child: Task, because_of: Task | None = None) -> None:
         self.cancelled.append(child)
 
     def end(self, child: Task, outcome: Outcome) -> None:

@@ -14,6 +14,7 @@ from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.execution.services import Overriding
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.kernel.cancel_scope import CancelScope
+from seoro.runtime.kernel.task import CausalPast
 from seoro.runtime.values.values import Fields
 from seoro.runtime.verdict import Outcome, Status
 from tests.runtime.behaviors.groups import SPAN
@@ -51,11 +52,12 @@ class Labels:
     def context(self, instance: Instance | None = None) -> ExecutionContext:
         scheduler = SimpleNamespace(
             write=lambda path, effect: self._effects.append((0, effect)),
-            at_commit=lambda path, effect: self._effects.append((1, effect)),
+            at_commit=lambda path, effect, cause: self._effects.append((1, effect)),
         )
         instance = self.instance if instance is None else instance
         services = SimpleNamespace(overriding=self._overriding)
-        fake = SimpleNamespace(services=services, scheduler=scheduler, instance=instance, position=())
+        task = SimpleNamespace(past=CausalPast())
+        fake = SimpleNamespace(services=services, scheduler=scheduler, instance=instance, position=(), task=task)
         return cast(ExecutionContext, fake)
 
     def start(self, label: str, instance: Instance | None = None) -> Scope:

@@ -65,7 +65,7 @@ def test_the_order_of_steps_can_be_given() -> None:
 def test_effects_are_committed_once() -> None:
     log: list[str] = []
     commit = Commit(lambda error: None)
-    commit.writes.append(((), partial(log.append, "write")))
+    commit.writes.append(((), partial(log.append, "write"), None))
     assert commit.is_due
     commit.run()
     assert not commit.is_due
@@ -79,9 +79,9 @@ def test_cancellations_by_a_send_are_of_the_same_commit() -> None:
 
     def send() -> None:
         log.append("send")
-        commit.cancellations.append(((), partial(log.append, "cancel")))
+        commit.cancellations.append(((), partial(log.append, "cancel"), None))
 
-    commit.sends.append((("channel", ""), send))
+    commit.sends.append((("channel", ""), send, None))
     commit.run()
     assert log == ["send", "cancel"]
 
@@ -91,11 +91,11 @@ def test_sends_by_a_cancellation_follow_all_cancellations_of_the_commit() -> Non
     commit = Commit(lambda error: None)
 
     def cancel() -> None:
-        commit.sends.append((("channel", ""), partial(log.append, "send")))
-        commit.cancellations.append(((), partial(log.append, "cancel more")))
+        commit.sends.append((("channel", ""), partial(log.append, "send"), None))
+        commit.cancellations.append(((), partial(log.append, "cancel more"), None))
 
-    commit.cancellations.append(((), cancel))
-    commit.closings.append(partial(log.append, "closing"))
+    commit.cancellations.append(((), cancel, None))
+    commit.closings.append((None, partial(log.append, "closing"), None))
     commit.run()
     assert log == ["cancel more", "send", "closing"]
 
@@ -103,7 +103,7 @@ def test_sends_by_a_cancellation_follow_all_cancellations_of_the_commit() -> Non
 def test_a_write_of_a_write_is_of_the_next_commit() -> None:
     log: list[str] = []
     commit = Commit(lambda error: None)
-    commit.writes.append(((), lambda: commit.writes.append(((), partial(log.append, "again")))))
+    commit.writes.append(((), lambda: commit.writes.append(((), partial(log.append, "again"), None)), None))
     commit.run()
     assert (log, commit.is_due) == ([], True)
 
@@ -116,7 +116,7 @@ def test_an_effect_that_raises_is_reported_and_others_continue() -> None:
     log: list[str] = []
     errors: list[Exception] = []
     commit = Commit(errors.append)
-    commit.writes.append(((0,), divide_by_zero))
-    commit.writes.append(((1,), partial(log.append, "write")))
+    commit.writes.append(((0,), divide_by_zero, None))
+    commit.writes.append(((1,), partial(log.append, "write"), None))
     commit.run()
     assert (log, [type(error) for error in errors]) == (["write"], [ZeroDivisionError])

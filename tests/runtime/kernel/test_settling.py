@@ -24,7 +24,7 @@ def settle(settling: Settling, *, with_deadlines: bool = True) -> list[bool]:
     """Let the next entries act, with their effects; return whether any did."""
     effects: Effects = []
     found = settling.act(effects, with_deadlines=with_deadlines)
-    for _, act in effects:
+    for _, act, _ in effects:
         act()
     return [found]
 
