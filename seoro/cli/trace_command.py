@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import shutil
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import IO
 
 from seoro.cli.arguments import add_option, number, pattern
@@ -17,6 +20,7 @@ from seoro.cli.output import paint, use_colour
 from seoro.cli.results import silence
 from seoro.cli.trace_input import invalid_trace, open_trace
 from seoro.errors import UsageError
+from seoro.traces.causes import CauseIndex, steps
 from seoro.traces.perfetto import write_perfetto
 from seoro.traces.reader import Filter, InvalidRecord, Record, read_trace, select, valid_records
 from seoro.traces.summary import summarise
@@ -28,11 +32,15 @@ EXAMPLES = """examples:
   seoro trace out/trace.jsonl --kind log --kind event --from 2 --to 5.5
   seoro trace out/trace.jsonl --path '*/nav_to_pose*'
   seoro trace out/trace.jsonl --summary
+  seoro trace out/trace.jsonl --why end
   seoro trace out/trace.jsonl --perfetto run.json     # open it in ui.perfetto.dev
   seoro exec maze.osc --trace - | seoro trace -
 
 exit status: 0, also for the truncated trace of a killed run; 2 if the trace is invalid"""
 
+END = "end"  # `--why` of the end of the run
+
+_number_of_record = number("the number of a record, or `end`", int, lambda value: value >= 0)
 _seconds = number("a time in seconds", float, math.isfinite)
 _TONES = {"failed": "31", "error": "31", "cancelled": "33", "warning": "33", "succeeded": "32", "debug": "2"}
 
@@ -48,9 +56,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--to SECONDS", "select records up to this time", dest="end", type=_time)
     add_option(parser, "--grep REGEX", "select records with a matching value", type=pattern)
     form = parser.add_mutually_exclusive_group()
+    add_option(
+        form,
+        "--why RECORD",
+        "follow the causes of a record back to the start of the run: its number (`--numbers`), or `end`",
+        type=_record,
+    )
     add_option(form, "--summary", "print verdict, durations, failures and counts instead")
     add_option(form, "--perfetto OUT.json", "write Chrome trace events for ui.perfetto.dev", type=Path)
+    add_option(parser, "--numbers", "print the number of each record")
     add_option(parser, "--json", "print records as JSON Lines, or the summary as one JSON object")
+
+
+@contextmanager
+def _reread(file: IO[bytes]) -> Iterator[IO[bytes]]:
+    """Provide a trace that can be read twice; a pipe is copied to a temporary file."""
+    if file.seekable():
+        yield file
+        return
+    with TemporaryFile() as copy:
+        shutil.copyfileobj(file, copy)
+        copy.seek(0)
+        yield copy
 
 
 def run(options: argparse.Namespace) -> None:
@@ -60,6 +87,10 @@ def run(options: argparse.Namespace) -> None:
             _TraceView(options, file).show()
     except BrokenPipeError:  # the reader has closed the pipe
         silence(sys.stdout)
+
+
+def _record(text: str) -> int | str:
+    return text if text == END else _number_of_record(text)
 
 
 def _time(text: str) -> float:
@@ -87,6 +118,8 @@ class _TraceView:
             raise UsageError("`--json` contradicts `--perfetto`", help="leave out one of them")
         if options.perfetto is not None:
             self._convert(options.perfetto)
+        elif options.why is not None:
+            self._explain(options.why)
         elif options.summary:
             summary = summarise(self._chosen(), self._problems)
             plain = json.dumps(summary.plain(), ensure_ascii=False) if options.json else None
@@ -97,12 +130,16 @@ class _TraceView:
         else:
             on = use_colour(sys.stdout)
             for line in timeline(self._chosen(), is_whole=bool(options.kind)):
-                print(paint(_TONES.get(line.tone, ""), str(line), on=on))
+                number = f"  #{line.number}" if options.numbers else ""
+                print(paint(_TONES.get(line.tone, ""), f"{line}{number}", on=on))
         sys.stdout.flush()
         self._print_warnings()
 
     def _records(self) -> Iterator[Record]:
-        for record in valid_records(read_trace(self._file), self._problems):
+        return self._records_of(self._file)
+
+    def _records_of(self, file: IO[bytes]) -> Iterator[Record]:
+        for record in valid_records(read_trace(file), self._problems):
             self._kinds[record["kind"]] += 1
             yield record
         if not self._kinds:
@@ -116,6 +153,32 @@ class _TraceView:
         for record in select(self._records(), choice):
             self._chosen_number += 1
             yield record
+
+    def _explain(self, wanted: int | str) -> None:
+        """Print the causes of a record, the record first.
+
+        Raises:
+            UsageError: The trace has no such record, or no causes.
+        """
+        with _reread(self._file) as file:
+            index = CauseIndex(self._records_of(file))
+            if wanted == END and index.end is None:
+                raise UsageError("the trace has no end of the run", help="give the number of a record")
+            if not index.is_whole:
+                raise UsageError("records are missing from the trace", help="give the trace that the run wrote")
+            number = index.end if wanted == END else wanted
+            if not isinstance(number, int) or number >= len(index):
+                raise UsageError(f"no record {wanted}; the trace has the records 0 to {len(index) - 1}")
+            if not index.knows_any:
+                raise UsageError(
+                    "the trace has no causes: it was written by an older version of seoro",
+                    help="run the scenario again",
+                )
+            file.seek(0)
+            found = steps(valid_records(read_trace(file), []), index.chain(number))
+        self._chosen_number = len(found)
+        for step in found:
+            print(json.dumps(step.record, ensure_ascii=False) if self._options.json else step)
 
     def _convert(self, path: Path) -> None:
         with write_errors(path), path.open("w", encoding="utf-8") as file:

@@ -66,6 +66,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             constraints=options.constraints,
             grace=options.grace,
             version=__version__,
+            sources=scenario.files,
             external=options.external,
             recorded=recorded,
         )

@@ -27,6 +27,7 @@ from seoro.runtime.execution.names import Location
 from seoro.runtime.execution.outputs import OutputFile, Outputs
 from seoro.runtime.execution.services import Decision, Services
 from seoro.runtime.execution.settings import Settings
+from seoro.runtime.execution.static_tree import static_tree
 from seoro.runtime.instances.applied import with_nested
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.kernel.scheduler import Scheduler
@@ -70,6 +71,7 @@ class Execution:
         self.scenario = plan.entry
         self.verdict: Verdict | None = None  # set at the end of the run
         self._has_started = False
+        self._tree = static_tree(plan) if settings.observers else None
         self._services = Services(
             plan=plan,
             seed=settings.seed,
@@ -82,6 +84,7 @@ class Execution:
             run=self._run,
             homes=self._homes,
             grace=settings.grace,
+            nodes=self._tree.numbers if self._tree is not None else {},
             explain=_explain,
         )
 
@@ -273,6 +276,7 @@ class Execution:
             **({"constraints": list(self._settings.constraints)} if self._settings.constraints else {}),
             clock=self._settings.clock.name,
             version=self._settings.version,
+            **(self._tree.fields(self._settings.sources) if self._tree is not None else {}),
             **({"external": list(self._application.external)} if self._application is not None else {}),
             **self._robots(),
         )

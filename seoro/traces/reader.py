@@ -28,6 +28,7 @@ _FIELDS: Final[dict[str, dict[str, type]]] = {
     "margin": {"check": str, "value": float, "source": str},
     "run.end": {"status": str, "reason": str},
 }
+_UNSEARCHED = frozenset({"seq", "t", "wall", "kind", "cause", "node", "sources", "tree"})
 # Field with the path or the name of what a record is about.
 _SUBJECTS = {"behavior.start": "path", "event": "name", "variable": "path", "cover": "item", "record": "item"}
 
@@ -161,5 +162,5 @@ def select(records: Iterable[Record], filters: Filter) -> Iterator[Record]:
 
 def _texts(record: Record) -> Iterator[str]:
     for name, value in record.items():
-        if name not in ("seq", "t", "wall", "kind"):
+        if name not in _UNSEARCHED:
             yield str(value)

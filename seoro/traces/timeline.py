@@ -7,7 +7,7 @@ running behaviors.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from seoro.traces.explanation_text import explanation_lines
 from seoro.traces.reader import Record, sample, shown
@@ -41,6 +41,7 @@ class Line:
         text: Name or message.
         note: Details: duration, location in the scenario.
         tone: Status of an end, or level of a log; may be empty.
+        number: Number of the record.
     """
 
     time: float
@@ -49,6 +50,7 @@ class Line:
     text: str
     note: str = ""
     tone: str = ""
+    number: int = 0
 
     def __str__(self) -> str:
         text = self.text.replace("\n", "\n" + " " * (15 + 2 * self.depth))
@@ -72,7 +74,7 @@ def timeline(records: Iterable[Record], *, is_whole: bool = False) -> Iterator[L
         is_end = record["kind"] == "behavior.end"
         is_short = held is not None and is_end and (record["id"], record["t"]) == (held["id"], held["t"])
         if held is not None and not is_short:
-            yield _started(held, running[held["id"]])
+            yield _numbered(_started(held, running[held["id"]]), held)
         held = None
         if record["kind"] == "behavior.start":
             running[record["id"]] = started = _open(record, running)
@@ -80,12 +82,17 @@ def timeline(records: Iterable[Record], *, is_whole: bool = False) -> Iterator[L
         elif is_end:
             unknown = _Open(f"behavior {record['id']}", "", 0, record["t"])
             ended = running.pop(record["id"], unknown)
-            yield _ended(record, ended, is_short)
+            yield _numbered(_ended(record, ended, is_short), record)
             depth = ended.depth
         else:
-            yield _line(record, depth, running)
+            yield _numbered(_line(record, depth, running), record)
     if held is not None:
-        yield _started(held, running[held["id"]])
+        yield _numbered(_started(held, running[held["id"]]), held)
+
+
+def _numbered(line: Line, record: Record) -> Line:
+    number = record.get("seq")
+    return replace(line, number=number) if isinstance(number, int) else line
 
 
 def _open(record: Record, running: dict[int, _Open]) -> _Open:

@@ -90,6 +90,9 @@ class _Reader:
             for name, kinds in _FIELDS.get(record["kind"], {}).items()
             if not isinstance(record.get(name, ...), kinds)
         ]
+        cause = record.get("cause", 0)
+        if not (isinstance(cause, int) and 0 <= cause < max(place, 1)):
+            self._wrong(f"the cause of a record must be an earlier one, found {cause!r}", place)
         if missing:
             self._wrong(f"`{record['kind']}` needs {', '.join(f'`{name}`' for name in missing)}", place)
             return

@@ -27,6 +27,7 @@ from seoro.runtime.contracts.measures import Measuring
 from seoro.runtime.contracts.modifiers import Interrupt
 from seoro.runtime.execution.contacts import senses
 from seoro.runtime.execution.context import Carry, ExecutionContext
+from seoro.runtime.execution.static_tree import place
 from seoro.runtime.explanation import Explanation
 from seoro.runtime.instances.applied import Applied, Modifying
 from seoro.runtime.kernel.cancel_scope import CancelScope
@@ -46,8 +47,8 @@ async def run_modifier(applied: Applied, context: ExecutionContext, inner: Carry
     services, name = context.services, applied.modifier.name
     services.count_start(applied.plan.span, len(context.position))
     number = services.new_id()
-    path, source = f"{context.path}/{name}", str(applied.plan.span)
-    fields = {"type": "modifier", "name": name, "path": path, "source": source}
+    path = f"{context.path}/{name}"
+    fields = {"type": "modifier", "name": name, "path": path, **place(applied.plan.span)}
     trace = services.trace
     arguments = trace.exact.fields(applied.fields) if trace.is_observed else {}
     record = partial(_record, trace, context.task.past)
@@ -74,7 +75,7 @@ async def run_modifier(applied: Applied, context: ExecutionContext, inner: Carry
 
 
 def _record(trace: Trace, past: CausalPast, kind: str, **fields: Any) -> None:
-    """Add a record; it becomes the cause of what comes next."""
+    """Add a record; it becomes the cause of the next records."""
     if trace.is_observed:
         past.cause = trace.record(kind, past.cause, **fields)
 

@@ -6,6 +6,7 @@ from seoro.lang.plan import Behavior
 from seoro.runtime.execution.context import ExecutionContext
 from seoro.runtime.execution.names import name_of, type_of
 from seoro.runtime.execution.services import Services
+from seoro.runtime.execution.static_tree import place
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.instances.times import DURATION
 from seoro.runtime.kernel.task import CausalPast
@@ -18,12 +19,13 @@ def record_start(behavior: Behavior, context: ExecutionContext, past: CausalPast
     Args:
         behavior: The behavior.
         context: Its context.
-        past: Past of its task or reaction; the record becomes the cause of what comes next.
+        past: Past of its task or reaction; the record becomes the cause of the next ones.
     """
     services = context.services
     number = services.new_id()
     if not services.trace.is_observed:
         return number
+    node = services.nodes.get(id(behavior))
     past.cause = services.trace.record(
         "behavior.start",
         past.cause,
@@ -32,7 +34,8 @@ def record_start(behavior: Behavior, context: ExecutionContext, past: CausalPast
         type=type_of(behavior),
         name=name_of(behavior),
         path=context.path,
-        source=str(behavior.span),
+        **place(behavior.span),
+        **({"node": node} if node is not None else {}),
     )
     return number
 
@@ -44,7 +47,7 @@ def record_end(number: int, outcome: Outcome, services: Services, past: CausalPa
         number: Its number.
         outcome: Its outcome.
         services: Services of the run.
-        past: Past of its task or reaction; the record becomes the cause of what comes next.
+        past: Past of its task or reaction; the record becomes the cause of the next ones.
     """
     if services.trace.is_observed:
         past.cause = services.trace.record(

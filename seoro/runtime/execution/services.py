@@ -101,6 +101,7 @@ class Services:
     run: MethodContext
     homes: ActorAssignment
     grace: float  # [s] of the machine's clock, for the clean-up of a cancelled action
+    nodes: Mapping[int, int]  # numbers in the static tree by the identity of a behavior
     explain: Explain  # describes the current activities of tasks
     decision: Decision | None = None
     root: Task | None = None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from seoro.files.path_mapping import Locate, unchanged_path
 from seoro.lang.frozen import Value
+from seoro.lang.source import SourceFile
 from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.events.occurrence import Occurrence
 from seoro.runtime.execution.assignment import Placement
@@ -38,6 +39,7 @@ class Settings(Value):
         constraints: Constraints on parameters set by the user; recorded in the trace.
         grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
         version: Version of seoro, recorded in the trace.
+        sources: Texts of the scenario, recorded in the trace.
         external: Names of the events that the application may emit.
         recorded: Emissions of an earlier run, to be repeated at their times; None to wait for the application.
         step_order: Order of steps in a delta cycle, as for `Scheduler`; tests check that it has no effect.
@@ -56,6 +58,7 @@ class Settings(Value):
     constraints: Sequence[str] = ()
     grace: float = 5.0
     version: str = ""
+    sources: Sequence[SourceFile] = ()
     external: Sequence[str] = ()
     recorded: Sequence[Occurrence] | None = None
     step_order: StepOrder | None = None

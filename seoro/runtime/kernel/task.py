@@ -22,7 +22,7 @@ from typing import Any, Protocol, TypeAlias
 
 
 class CausalPast:
-    """Numbers of the occurrences of one instant that were sent or received, and the cause of what comes next.
+    """Numbers of the occurrences of one instant that were sent or received, and the cause of the next steps.
 
     Attributes:
         cause: Number of the record that brought about the present state, for the trace; the kernel only passes it

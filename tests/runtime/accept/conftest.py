@@ -56,7 +56,7 @@ class Traced:
     def drop(self, *records: Record) -> None:
         """Remove records, and close the gap in their numbers."""
         self.records = [record for record in self.records if not any(record is other for other in records)]
-        self._number()
+        self.number()
 
     def drop_behavior(self, name: str, number: int = 0) -> None:
         """Remove all records of a behavior."""
@@ -71,7 +71,7 @@ class Traced:
         """Insert a record after another, at its time."""
         position = next(index for index, record in enumerate(self.records) if record is after)
         self.records.insert(position + 1, {"seq": 0, "t": after["t"], **fields})
-        self._number()
+        self.number()
 
     def move(self, record: Record, after: Record) -> None:
         """Move a record after another, at its time."""
@@ -79,7 +79,7 @@ class Traced:
         position = next(index for index, other in enumerate(self.records) if other is after)
         record["t"] = after["t"]
         self.records.insert(position + 1, record)
-        self._number()
+        self.number()
 
     def rewrite(self, value: Any, number: int = 0, **fields: Any) -> None:
         """Replace the value of a variable, in both forms."""
@@ -92,9 +92,11 @@ class Traced:
             if "duration" in record:
                 record["duration"] += by
 
-    def _number(self) -> None:
+    def number(self) -> None:
+        """Number the records anew, and drop their causes, which have other numbers then."""
         for seq, record in enumerate(self.records):
             record["seq"] = seq
+            record.pop("cause", None)
 
 
 TraceText = Callable[..., Awaitable[Traced]]

@@ -31,6 +31,12 @@ def test_a_gap_in_the_numbers_is_rejected(traced: Traced) -> None:
     assert traced.accept().violations[0].records == (6,)
 
 
+@pytest.mark.parametrize("cause", [-1, 3, 1_000, "0", 0.5])
+def test_a_cause_that_is_not_an_earlier_record_is_rejected(traced: Traced, cause: object) -> None:
+    traced.records[3]["cause"] = cause
+    assert f"the cause of a record must be an earlier one, found {cause!r}" in traced.messages
+
+
 def test_time_that_goes_back_is_rejected(traced: Traced) -> None:
     traced.end("parallel")["t"] = 0.5
     assert "time goes back" in traced.messages

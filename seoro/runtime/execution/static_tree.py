@@ -1,0 +1,94 @@
+"""The static tree of a run: the behaviors that its trace may contain, before any of them starts.
+
+It has the behaviors of the entry scenario and of every scenario that can be invoked from it, each scenario once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+from seoro.lang.frozen import Value
+from seoro.lang.plan import Behavior, InvokeScenario, Plan, Scenario
+from seoro.lang.plan.behaviors import Composition
+from seoro.lang.source import SourceFile, Span
+from seoro.runtime.execution.names import name_of, type_of
+from seoro.runtime.trace.sources import sources
+
+FORMAT: Final = "1.1"  # of traces; those of 1.0 have no such field, and their readers can read this one
+MAX_NODES: Final = 10_000  # further behaviors are omitted
+
+
+class StaticTree(Value):
+    """The static tree of a plan.
+
+    Args:
+        nodes: Behaviors in source order, as plain data.
+        numbers: Indices in `nodes` by the identity of a behavior.
+        omitted: Number of behaviors beyond `MAX_NODES`.
+    """
+
+    nodes: tuple[dict[str, Any], ...]
+    numbers: Mapping[int, int]
+    omitted: int
+
+    def fields(self, files: Sequence[SourceFile]) -> dict[str, Any]:
+        """Return the fields of `run.start` that describe the text of the scenario.
+
+        Args:
+            files: The files of the scenario; empty if it has none.
+        """
+        found: dict[str, Any] = {"format": FORMAT, "tree": self.nodes}
+        if files:
+            found["sources"] = sources(files)
+        if self.omitted:
+            found["tree_omitted"] = self.omitted
+        return found
+
+
+def static_tree(plan: Plan) -> StaticTree:
+    """Return the static tree of a plan."""
+    nodes: list[dict[str, Any]] = []
+    numbers: dict[int, int] = {}
+    omitted = 0
+    for scenario in _scenarios(plan):
+        for behavior, parent in _behaviors(scenario):
+            if len(nodes) == MAX_NODES:
+                omitted += 1
+                continue
+            numbers[id(behavior)] = len(nodes)
+            around = None if parent is None else numbers[id(parent)]
+            nodes.append({"id": len(nodes), "parent": around, "scenario": scenario.name, **_described(behavior)})
+    return StaticTree(tuple(nodes), numbers, omitted)
+
+
+def _scenarios(plan: Plan) -> Iterator[Scenario]:
+    """Yield the entry scenario, then the others."""
+    yield plan.scenarios[plan.entry]
+    for name, scenario in plan.scenarios.items():
+        if name != plan.entry:
+            yield scenario
+
+
+def _behaviors(scenario: Scenario) -> Iterator[tuple[Behavior, Behavior | None]]:
+    """Yield the behaviors of a scenario with the composition around each, in source order; then its reactions."""
+    pending: list[tuple[Behavior, Behavior | None]] = [] if scenario.body is None else [(scenario.body, None)]
+    while pending:
+        behavior, parent = pending.pop()
+        yield behavior, parent
+        if isinstance(behavior, Composition):
+            pending += ((member, behavior) for member in reversed(behavior.members))
+    for directive in scenario.on:
+        for reaction in directive.members:
+            yield reaction, None
+
+
+def _described(behavior: Behavior) -> dict[str, Any]:
+    invoked = {"invokes": behavior.scenario} if isinstance(behavior, InvokeScenario) else {}
+    return {"type": type_of(behavior), "name": name_of(behavior), **place(behavior.span), **invoked}
+
+
+def place(span: Span) -> dict[str, str]:
+    """Return the start and the end of a span, as in records: `file:line:column`, and `line:column` after it."""
+    line, column = span.file.position(span.end)
+    return {"source": str(span), "source_end": f"{line}:{column}"}
