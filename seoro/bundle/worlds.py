@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 from urllib.parse import unquote
@@ -83,16 +83,40 @@ def files_of_world(world: str) -> list[Path]:
     Raises:
         UsageError: A file is missing or invalid, or no simulator is installed to read it.
     """
-    command = [sys.executable, "-m", "sim_nodes.worlds.files", world]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
-    except subprocess.TimeoutExpired as error:
-        raise UsageError(f"reading the world {world} took more than {TIMEOUT:g} s") from error
-    if done.returncode == 0:
-        return [Path(file) for file in json.loads(done.stdout)]
-    if "ModuleNotFoundError" in done.stderr:
+    found = _ask_simulators("files", [world])
+    if found is None:
         raise UsageError(
             "cannot list the files of the world: the packages of simulators are not installed here",
             help="pip install 'seoro[node]', or name a world of the executor's simulators, such as `maze`",
         )
-    raise UsageError(done.stderr.strip() or f"cannot read the world {world}")
+    return [Path(file) for file in json.loads(found)]
+
+
+def check_worlds(worlds: Sequence[str]) -> None:
+    """Check the keys and values of worlds, if the packages of simulators are installed here.
+
+    Args:
+        worlds: Names or paths of worlds, perhaps with parameters.
+
+    Raises:
+        UsageError: A world is unknown, or a key or a value is invalid.
+    """
+    _ask_simulators("check", worlds)
+
+
+def _ask_simulators(module: str, worlds: Sequence[str]) -> str | None:
+    """Return the output of a module of `sim_nodes.worlds`; None if the packages of simulators are missing.
+
+    Raises:
+        UsageError: A world is invalid.
+    """
+    command = [sys.executable, "-m", f"sim_nodes.worlds.{module}", *worlds]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise UsageError(f"reading the world {worlds[0]} took more than {TIMEOUT:g} s") from error
+    if done.returncode == 0:
+        return done.stdout
+    if "ModuleNotFoundError" in done.stderr:
+        return None
+    raise UsageError(done.stderr.strip() or f"cannot read the world {worlds[0]}")

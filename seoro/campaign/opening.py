@@ -22,7 +22,7 @@ from seoro.campaign.space.defaults import find_defaults
 from seoro.campaign.space.feasible import Feasibility
 from seoro.campaign.space.finding import find_axes
 from seoro.campaign.space.space import Space
-from seoro.campaign.space.world_axes import world_axis
+from seoro.campaign.space.world_axes import check_world_axes, world_axis
 from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.stopping.rules import CoverageGoal
 from seoro.campaign.store.folder import (
@@ -160,6 +160,7 @@ def new_campaign(
     asked.strategy.batches(space, asked.seed)  # refuses axes that it cannot use
     is_sample = not space.axes or (asked.strategy.sampling is Sampling.INDEPENDENT and asked.repeat == 1)
     _check_rules(asked, space, is_sample)
+    check_world_axes(space.axes, options)
     manifest = pack(scenario, options, asked.limit, film=asked.film).manifest
     simulator = manifest.options.simulator
     named = "" if simulator is None else simulator.name or simulator.endpoint or ""

@@ -48,8 +48,18 @@ def with_world(options: Options) -> Options:
             f"`{next(iter(of_world))}` needs the name or the file of a world",
             help="add `--sim mujoco --world office`",
         )
-    name = WorldName.parse(simulator.world)
-    given = [name.parameters] if name.parameters else []
-    given += [f"{quote(path.removeprefix(WORLD))}={quote(text)}" for path, text in of_world.items()]
-    world = str(WorldName(name.world, "&".join(given)))
+    world = named_world(simulator.world, of_world)
     return replace(options, overrides=overrides, simulator=replace(simulator, world=world))
+
+
+def named_world(world: str, values: Mapping[str, str]) -> str:
+    """Return the name of a world with other values of its keys.
+
+    Args:
+        world: Name or file of the world, perhaps with parameters.
+        values: Values by key, as overrides of a run name them.
+    """
+    name = WorldName.parse(world)
+    given = [name.parameters] if name.parameters else []
+    given += [f"{quote(path.removeprefix(WORLD))}={quote(text)}" for path, text in values.items()]
+    return str(WorldName(name.world, "&".join(given)))

@@ -56,6 +56,8 @@ def test_an_option_narrows_a_range_of_the_scenario() -> None:
     [
         ("--vary=pac in [1mps..2mps]", "did you mean `pace`?"),
         ("--vary=last.volum in [1.0..2.0]", "did you mean `volume`?"),
+        ("--vary=lost.volume in [1.0..2.0]", "did you mean `last`?"),
+        ("--vary=robot.volume in [1.0..2.0]", "the invocations are `greet` and `last`"),
         ("--vary=pace > 2mps", "`pace > 2mps` makes no parameter vary"),
         ("--vary=greet.volume in [1.0, 2.0]", "the scenario has an argument for it, `2.0`"),
         ("--vary=world?wall_height in [1, 2]", "`world?wall_height` needs the name or the file of a world"),
@@ -160,5 +162,21 @@ def test_worlds_faults_and_actions_vary_in_a_simulator(capsys: pytest.CaptureFix
     assert len(rows) == 4 and path["0.9"] < 0.9 * path["0.2"]
     assert {row["world?wall_height"] for row in rows} == {"1", "2.5"}
     assert main(["campaign", "replay", "out", "2"]) == 0
-    assert main([*command, "--vary", "world?wall_hight in [1]", "-o", "other"]) == 3
-    assert "unknown key `wall_hight`" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("varied", "message"),
+    [
+        ("world?wall_hight in [1]", "unknown key `wall_hight` (did you mean `wall_height`?)"),
+        ("world?generate.rooms.count in [3, lots]", "generate.rooms.count: Input should be a valid integer"),
+        ("world?wall_height in [-1..2]", "wall_height: Input should be greater than 0"),
+        ("world?robots.tb.pose in [start]", "unknown item `tb`; expected a name (turtlebot4)"),
+    ],
+)
+def test_invalid_keys_and_values_of_worlds_are_one_early_error(
+    varied: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["campaign", "run", "main.osc", "--sim", "mujoco", "--world", "office", "-o", "out"]
+    assert main([*command, "--set", "number=1", "--levels", "2", "--vary", varied]) == 2
+    assert message in capsys.readouterr().err
+    assert not Path("out").exists(), "nothing has begun"

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Final
 
+from seoro.bundle.worlds import check_worlds
 from seoro.campaign.space.axes import Axis, Choices, Interval
-from seoro.embed.world_settings import WORLD
+from seoro.embed.options import ROS_SIMULATOR, Options
+from seoro.embed.world_settings import WORLD, named_world, split_world
 from seoro.errors import UsageError
 from seoro.lang.lower.outside import ORIGIN
 from seoro.lang.plan import PrimitiveType
 from seoro.lang.source import SourceFile, Span
 
+MOST_WORLDS: Final = 100  # that are checked before a campaign
 _FORM: Final = re.compile(rf"\s*({re.escape(WORLD)}[\w.\-]+)\s+in\s+\[(.*)\]\s*")
 _RANGE: Final = re.compile(r"\s*(\S+?)\s*\.\.\s*(\S+)\s*")
 
@@ -53,6 +57,34 @@ def world_number(text: str) -> float | None:
         except ValueError:
             pass
     return None
+
+
+def check_world_axes(axes: Sequence[Axis], options: Options) -> None:
+    """Check the keys and values of worlds, since each run with an invalid one would be an error.
+
+    Values are checked in as few worlds as have each listed value and both bounds of each range.
+
+    Args:
+        axes: Axes of a campaign.
+        options: Options that its runs share. Worlds of running simulators and of ROS 2 systems are not checked.
+
+    Raises:
+        UsageError: A key is unknown, or a value is invalid.
+    """
+    varied = [axis for axis in axes if axis.path.startswith(WORLD)]
+    simulator = options.simulator
+    if not varied or simulator is None or simulator.endpoint is not None or simulator.name == ROS_SIMULATOR:
+        return
+    values = [axis.texts if isinstance(axis, Choices) else axis.levels(2) for axis in varied]
+    worlds = []
+    for number in range(min(max(map(len, values)), MOST_WORLDS)):
+        chosen = {axis.path: texts[number % len(texts)] for axis, texts in zip(varied, values, strict=True)}
+        _, of_world = split_world({**options.overrides, **chosen})
+        worlds.append(named_world(simulator.world or "", of_world))
+    try:
+        check_worlds(worlds)
+    except UsageError as error:
+        raise UsageError(f"invalid values of a world: {error.message}", error.span, help=error.help) from error
 
 
 def _invalid(text: str) -> UsageError:

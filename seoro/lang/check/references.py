@@ -151,7 +151,7 @@ class References:
                 return nothing(name.span)
             members = candidates((*scope.fields.values(), *program.globals.values()), name)
             known = (*members, *scope.bindings, *program.enumerations_by_member)
-            self._bag.add(names.unknown_name, name.span, name.text, known)
+            self._bag.add(names.unknown_name, name.span, name.text, known, scope.invoked)
         return nothing(name.span)
 
 

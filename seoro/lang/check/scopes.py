@@ -84,6 +84,7 @@ class Scope(Value):
         is_it_bound: Whether `it` is a binding.
         it_value: Value of `it` if it is not a binding; None for the instance itself.
         is_running: Whether the owner runs, so that its labels denote invoked instances.
+        invoked: Names of invocations that lead to their parameters, in constraints from outside.
     """
 
     owner: symbols.TypeSymbol | None
@@ -94,6 +95,7 @@ class Scope(Value):
     is_it_bound: bool = False
     it_value: plan.Expression | None = None
     is_running: bool = False
+    invoked: tuple[str, ...] = ()
 
 
 def scope_of(owner: symbols.TypeSymbol | None, home: Home) -> Scope:

@@ -56,9 +56,12 @@ def unknown_field(span: Span, owner: str, name: str, candidates: tuple[str, ...]
     return error("E0215", span, f"{owner} has no field `{name}`", hint)
 
 
-def unknown_name(span: Span, name: str, candidates: tuple[str, ...]) -> Diagnostic:
-    """An unknown name in an expression."""
-    return error("E0216", span, f"unknown name `{name}`", NAMES.get(name) or near(name, candidates))
+def unknown_name(span: Span, name: str, candidates: tuple[str, ...], invoked: tuple[str, ...]) -> Diagnostic:
+    """An unknown name in an expression, in which names of invocations may lead to parameters."""
+    hint = NAMES.get(name) or near(name, (*candidates, *invoked))
+    if not hint and invoked:
+        hint = f"the invocations are {listing(invoked)}"
+    return error("E0216", span, f"unknown name `{name}`", hint)
 
 
 def unknown_member(span: Span, enum: str, name: str, candidates: tuple[str, ...]) -> Diagnostic:

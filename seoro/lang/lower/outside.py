@@ -64,6 +64,8 @@ def _converted(
     if invocation:
         node = _with_it(node, invocation)
         scope = replace(scope, it=Structured(invoked[invocation]), is_it_bound=True)
+    else:
+        scope = replace(scope, invoked=tuple(invoked))
     keep = ast.KeepConstraint(None, node, Span(file, 0, len(text)))
     for constraint in expressions.constraints.among((keep,), scope):
         assert isinstance(constraint, plan.Constraint), "not a `remove_default`"
