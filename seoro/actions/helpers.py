@@ -47,11 +47,25 @@ async def compare(ctx: ActionContext, left_value: Any, operator: str, right_valu
         raise ActionFailed(
             f"cannot compare `{left}` and `{right}` by `{operator}`: the types differ or have no order"
         ) from None
-    if operator not in ("==", "!=") and _is_number(left_value) and _is_number(right_value):
-        distance = right_value - left_value if operator.startswith("<") else left_value - right_value
-        ctx.record_margin(distance, right_value)
+    if _is_number(left_value) and _is_number(right_value):
+        distance = _distance(left_value, operator, right_value)
+        if operator != "==" or distance:  # equality has no distance to fail
+            ctx.record_margin(distance, right_value)
     if not is_true:
         raise ActionFailed(f"`{left} {operator} {right}` is false")
+
+
+def _distance(left: float, operator: str, right: float) -> float:
+    """Return the distance of the left value to the limit of a comparison, negative beyond it."""
+    match operator:
+        case "==":
+            return -abs(left - right)
+        case "!=":
+            return abs(left - right)
+        case "<" | "<=":
+            return right - left
+        case _:
+            return left - right
 
 
 def _is_number(value: object) -> bool:

@@ -88,6 +88,13 @@ async def forbid_contact(
 ) -> Outcome:
     """Fail as soon as a robot strikes an entity that is not allowed."""
     found = Interrupt()
-    with ctx.forbid_contact(robots, allowed, found, also_struck=also_struck):
-        outcome = await child.run(interrupt=found)
+    try:
+        with ctx.forbid_contact(robots, allowed, found, also_struck=also_struck):
+            outcome = await child.run(interrupt=found)
+    finally:
+        if found.reason:
+            ctx.record_margin(0.0, 0.0)
+        elif not allowed:  # distances to allowed entities would count, too
+            for robot, distance in await ctx.closest_approaches(robots):
+                ctx.record_margin(distance, 0.0, robot)
     return Outcome(Status.FAILED, found.reason) if outcome is None else outcome

@@ -83,6 +83,21 @@ def test_contacts_are_allowed_and_forbidden_by_actions(tmp_path: Path, mujoco_no
     ]
 
 
+def test_forbidden_contacts_have_the_closest_approach_as_margin(tmp_path: Path, mujoco_node: str) -> None:
+    near = PUSH.replace("2s", "0.3s")
+    near = f"serial:\n            {near}\n        with:\n            forbid_contact()"
+    touch = f"serial:\n            {PUSH}\n        with:\n            inverter()\n            forbid_contact()"
+    other = near.replace("forbid_contact()", "forbid_contact(allowed: ['parcel'])")
+    body = "serial:\n        " + "\n        ".join((near, other, touch))
+    status, records = run(tmp_path, body, "--connect", mujoco_node)
+    margins = [(r["check"], r.get("entity"), r["value"]) for r in records if r["kind"] == "margin"]
+    assert status == 0 and [each[:2] for each in margins] == [
+        ("forbid_contact", "turtlebot4"),
+        ("forbid_contact", None),
+    ]
+    assert 0.05 < margins[0][2] < 0.2 and margins[1][2] == 0.0
+
+
 def test_a_struck_standing_robot_does_not_fail(tmp_path: Path, mujoco_node: str) -> None:
     strike = (
         "set_entity_state('parcel', pose_3d(position_3d(x: 0.5m, z: 0.251m)), "

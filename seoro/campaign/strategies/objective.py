@@ -58,7 +58,7 @@ class Objective(Value):
         if self.column not in known:
             message = f"no run has a number in the column `{self.column}`"
             if self.column == MARGIN:
-                message = "no run has a margin: the scenario has neither `compare` with an order nor limits"
+                message = "no run has a margin: the scenario has neither `compare` of numbers nor limits"
             hint = near(self.column, known) or f"`--minimize` or `--maximize` one of: {', '.join(known)}"
             raise UsageError(message, help=hint)
         return True

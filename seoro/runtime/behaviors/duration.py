@@ -2,7 +2,7 @@
 
 An argument and constraints on `it.duration` bound it; the rest is free. A behavior that succeeds before the lower
 bound holds until then. A behavior that still runs at the upper bound is ended: it succeeds if everything that runs
-in it is open-ended, and fails otherwise.
+in it is open-ended, and fails otherwise. So the margin is the time that was left until the upper bound.
 """
 
 from __future__ import annotations
@@ -37,7 +37,12 @@ async def run_duration(context: ExecutionContext, inner: Carry) -> Outcome:
     if bounds.high == inf:
         outcome = await inner(context)
     else:
-        outcome, _ = await within_limit(context, bounds.high, partial(inner, context), judge, BoundedScope)
+        outcome, is_cut_off = await within_limit(
+            context, bounds.high, partial(inner, context), judge, BoundedScope
+        )
+        if not is_cut_off or outcome.failed:  # open-ended behaviors have no length
+            distance = 0.0 if is_cut_off else bounds.high - (scheduler.now - start)
+            context.services.margins.record(DURATION, distance, bounds.high, window.span)
     if not outcome.failed and scheduler.now < start + bounds.low:
         await context.task.sleep_until(start + bounds.low)
     return outcome

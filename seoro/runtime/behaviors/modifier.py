@@ -12,18 +12,18 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterable, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any, NoReturn, TypeAlias, TypeVar
 
-from seoro.errors import BackendLost
+from seoro.errors import BackendLost, BackendRefused
 from seoro.runtime.actions.outside import Asking
 from seoro.runtime.behaviors.action import judge
 from seoro.runtime.behaviors.invoke import run_instance
 from seoro.runtime.behaviors.limits import within_limit
 from seoro.runtime.contracts.backends import Backend
-from seoro.runtime.contracts.measures import Measuring
+from seoro.runtime.contracts.measures import CLOSEST_APPROACH, Measuring
 from seoro.runtime.contracts.modifiers import Interrupt
 from seoro.runtime.execution.contacts import senses
 from seoro.runtime.execution.context import Carry, ExecutionContext
@@ -192,6 +192,15 @@ class _Context:
             reason = "cannot measure robots and entities: the run has no simulator that measures all of them"
             self.context.services.decide(RunStatus.ERROR, reason, self.span)
         return [(backend, name) for backend, name in found if isinstance(backend, Measuring)]
+
+    async def closest_approaches(self, robots: Sequence[str]) -> list[tuple[str, float]]:
+        found: list[tuple[str, float]] = []
+        for home in self.context.services.homes.robots(robots):
+            if isinstance(home.backend, Measuring):
+                with suppress(BackendRefused):  # the simulator does not measure this robot
+                    distance = await self.ask(home.backend.measurement(home.name, CLOSEST_APPROACH))
+                    found += [] if distance is None else [(home.name, distance)]
+        return found
 
     async def hold(self) -> NoReturn:
         task, open_ended = self.context.task, self.context.services.open_ended

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 from seoro.robotics.measures import MeasureLimit
 from seoro.runtime.contracts.backends import Reporter
+
+CLOSEST_APPROACH: Final = "closest_approach"  # measurement of a robot
 
 
 @runtime_checkable

@@ -84,6 +84,13 @@ class ModifierContext(Protocol):
         A backend that does not measure ends the run as an error.
         """
 
+    async def closest_approaches(self, robots: Sequence[str]) -> Sequence[tuple[str, float]]:
+        """Return the least distance of robots to any entity so far [m], from above, where it is measured.
+
+        Args:
+            robots: Names of robots in their simulator; all robots of actors if empty.
+        """
+
     async def hold(self) -> NoReturn:
         """Wait until the modifier is cancelled; the modified behavior then has no end of its own."""
 
