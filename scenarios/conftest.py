@@ -9,15 +9,21 @@ from sim_nodes.physics import IDENTITY
 from sim_nodes.views import Lens, NoRendering, View
 
 FOLDER = Path(__file__).parent
-QUICK_IN_BOTH = ("bump", "obstacle")  # the suite has these in PyBullet, too
+QUICK_IN_BOTH = "bump"  # `make test` has it in PyBullet, too
+MORE = ("docking", "faulty_cameras", "faulty_lidar", "spotting")
+MORE_IN_PYBULLET = "obstacle"
 
 
 @pytest.hookimpl(tryfirst=True)  # before `-m` selects
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark scenarios in PyBullet as slow: conformance rules of engines find differences sooner."""
+    """Mark scenarios that take long: rules for engines and tests of sensors find differences sooner."""
     for item in items:
-        in_pybullet = item.path.is_relative_to(FOLDER) and item.name.endswith("[pybullet]")
-        if in_pybullet and item.path.stem not in QUICK_IN_BOTH:
+        if not item.path.is_relative_to(FOLDER):
+            continue
+        in_pybullet = item.name.endswith("[pybullet]")
+        if item.path.stem in MORE or (in_pybullet and item.path.stem == MORE_IN_PYBULLET):
+            item.add_marker(pytest.mark.more)
+        elif in_pybullet and item.path.stem != QUICK_IN_BOTH:
             item.add_marker(pytest.mark.slow)
 
 

@@ -59,6 +59,7 @@ async def test_a_world_without_an_arm_fails_the_arm_check(make: Make) -> None:
         await check_arm(make, ArmFacts(("joint",), ((0.0,), (1.0,)), 0.1))
 
 
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 async def test_the_death_of_a_node_is_reported() -> None:
     others = children(os.getpid())

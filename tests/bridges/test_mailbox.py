@@ -25,7 +25,7 @@ async def test_messages_of_other_threads_wake_the_waiting_task() -> None:
             mailbox.put(number, 1)
 
     thread = threading.Thread(target=produce)
-    with anyio.fail_after(5):
+    with anyio.fail_after(30.0):
         waiting = asyncio.create_task(mailbox.get())
         await asyncio.sleep(0)
         thread.start()

@@ -57,7 +57,7 @@ async def test_samples_arrive_with_their_attachments(tmp_path: Path) -> None:
         reading(other, "seoro/*/topic") as samples,
         publishing(one, KEY) as publisher,
     ):
-        with anyio.fail_after(5):
+        with anyio.fail_after(30.0):
             await publisher.wait_for_subscriber()
             publisher.put(b"hello", b"beside")
             publisher.put(b"")
@@ -72,7 +72,7 @@ async def test_late_subscribers_receive_cached_samples(tmp_path: Path) -> None:
         for number in range(5):
             publisher.put(b"%d" % number)
         got = []
-        with anyio.fail_after(5):
+        with anyio.fail_after(30.0):
             async with reading(other, "seoro/test/*", history=2) as samples:
                 while b"4" not in got:  # publications in transit arrive first
                     got.append((await samples.get()).payload)
@@ -89,7 +89,7 @@ async def test_subscribers_receive_cached_samples_of_later_publishers(tmp_path: 
         publishing(one, KEY, keep=1, reliable=False) as publisher,
     ):
         publisher.put(b"kept")
-        with anyio.fail_after(5):
+        with anyio.fail_after(30.0):
             assert (await samples.get()).payload == b"kept"
 
 
@@ -141,7 +141,7 @@ async def test_publishing_continues_while_the_router_hangs(tmp_path: Path) -> No
                     publisher.put(bytes(100_000))
                     taken.append(time.monotonic() - start)
                 os.kill(hub.pid, signal.SIGCONT)
-            assert max(taken) < 0.5
+            assert sorted(taken)[-3] < 0.5, "a busy machine may interrupt two"
         finally:
             hub.kill()
 
@@ -158,7 +158,7 @@ async def test_declarations_of_a_cancelled_task_are_undone(tmp_path: Path) -> No
             assert task.cancelled()
         async with one.token("@test/end"):
             alive: dict[str, bool] = {}
-            with anyio.fail_after(5):
+            with anyio.fail_after(30.0):
                 while not alive.get("@test/end"):
                     alive.update([await changes.get()])
     assert [key for key, there in alive.items() if there] == ["@test/end"]

@@ -1,6 +1,7 @@
 """Routers with keys: forwarding by role, and exclusion of revoked identities."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import anyio
@@ -158,6 +159,7 @@ async def test_roles_are_enforced_at_an_executor_behind_a_router(
             assert run.info.by == "anna"
 
 
+@pytest.mark.more
 async def test_roles_are_enforced_behind_a_router_without_access_control(lab: KeyedLab, tmp_path: Path) -> None:
     """A router of another operator, without access control."""
     endpoint = f"tls/127.0.0.1:{free_port()}"
@@ -173,6 +175,7 @@ async def test_roles_are_enforced_behind_a_router_without_access_control(lab: Ke
         open_hub.close()
 
 
+@pytest.mark.more
 async def test_revoked_keys_receive_no_reply_through_a_router(lab: KeyedLab, tmp_path: Path) -> None:
     endpoint = f"tls/127.0.0.1:{free_port()}"
     keys = ("--keys", str(lab.keys("hub")))
@@ -192,7 +195,11 @@ async def test_revoked_keys_receive_no_reply_through_a_router(lab: KeyedLab, tmp
             with anyio.fail_after(DEADLINE), pytest.raises(ExecutorLost):
                 while True:  # Zenoh may keep the discovery of rob, who receives no reply
                     await reached.ask(wire.LIST_RUNS, wire.ListRuns())
-            assert await anna.runs() == []
+            with anyio.fail_after(DEADLINE):
+                while True:
+                    with suppress(UsageError):  # the router may connect to the executor anew
+                        assert await anna.runs() == []
+                        break
 
 
 def test_routers_and_nodes_need_keys_of_their_roles(lab: KeyedLab, monkeypatch: pytest.MonkeyPatch) -> None:

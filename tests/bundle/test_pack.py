@@ -109,6 +109,7 @@ def test_a_world_file_is_packed_with_its_files(tmp_path: Path) -> None:
     assert (sent.world, sent.world_file) == (None, "workshop/workshop.yaml")
 
 
+@pytest.mark.more
 def test_the_world_of_a_lab_is_packed_with_its_files(tmp_path: Path) -> None:
     shutil.copytree(WORKSHOP, tmp_path / "workshop")
     lab = write(tmp_path / "lab.yaml", "simulators:\n  sim: {simulator: mujoco, world: workshop/workshop.yaml}\n")
@@ -133,6 +134,7 @@ def test_a_reset_scenario_with_an_absolute_path_is_refused(tmp_path: Path) -> No
         bundle(write(tmp_path / "main.osc"), Options(lab=Lab(lab)))
 
 
+@pytest.mark.more
 def test_an_absolute_path_in_a_world_file_is_refused(tmp_path: Path) -> None:
     shutil.copytree(WORKSHOP, tmp_path / "workshop")
     world = tmp_path / "workshop/workshop.yaml"

@@ -41,6 +41,12 @@ def arguments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Arguments:
     return {"strategy": sc.Uniform(), "seed": 1, "clock": "virtual", "jobs": 1, "folder": "out"}
 
 
+@pytest.fixture
+def is_started_anew() -> bool:
+    """Start fork servers as users do: tests count the processes that are left."""
+    return True
+
+
 def children() -> set[str]:
     """Processes that this one has started."""
     listed = Path("/proc/self/task").glob("*/children")

@@ -272,7 +272,7 @@ def _ancestors(process: str) -> Iterator[int]:
 def test_nothing_is_lost_when_the_campaign_is_ended(write: Write, number: signal.Signals) -> None:
     write("0s")
     folder = str(Path("out").absolute())
-    there = ["--strategy", "random", "--runs", "300", "--set", "noise=0.0", *VIRTUAL, "-o", folder]
+    there = ["--strategy", "random", "--runs", "100", "--set", "noise=0.0", *VIRTUAL, "-o", folder]
     process = start("run", "main.osc", *there)
     try:
         wait_until(lambda: rows_so_far() > 20, 60.0)
@@ -285,8 +285,8 @@ def test_nothing_is_lost_when_the_campaign_is_ended(write: Write, number: signal
         process.wait()
     ended = rows_so_far()
     assert main(["campaign", "resume", "out", "-j", "2"]) == 0
-    assert [int(row["run"]) for row in table()] == list(range(1, 301))
-    assert ended <= rows_so_far() <= 300 + 1, "at most the open run was made again"
+    assert [int(row["run"]) for row in table()] == list(range(1, 101))
+    assert ended <= rows_so_far() <= 100 + 1, "at most the open run was made again"
 
 
 def test_the_memory_of_the_machine_is_not_needed_for_a_large_plan(write: Write) -> None:
@@ -322,6 +322,7 @@ scenario main:
     assert all(float(row["sim_cpu"]) > 0.0 for row in first)
 
 
+@pytest.mark.more
 def test_runs_of_a_simulator_that_is_killed_are_made_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -250,6 +250,7 @@ def test_a_world_file_goes_with_all_that_it_names(capsys: pytest.CaptureFixture[
     assert Path("out/top_down.png").read_bytes() == picture
 
 
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 def test_a_lab_file_goes_with_its_world(capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copytree(WORKSHOP, "labs/workshop")
@@ -378,6 +379,7 @@ def test_an_invalid_view_of_a_video_is_reported_as_in_a_local_run(capsys: pytest
     assert "cannot write film.mp4/video.mp4: is a folder" in capsys.readouterr().err
 
 
+@pytest.mark.more
 def test_an_executor_without_pyav_rejects_videos_before_files_are_sent(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -455,6 +457,7 @@ def test_a_run_survives_its_client_and_others_attach(capsys: pytest.CaptureFixtu
     assert attached.returncode == 4
 
 
+@pytest.mark.more
 def test_stop_mine_stops_only_runs_of_this_user(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

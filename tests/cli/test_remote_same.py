@@ -157,6 +157,7 @@ def test_output_of_an_action_is_printed_at_once_and_again_by_attach(
     assert "one\ufffd[2J\ntwo\n" in capsys.readouterr().out
 
 
+@pytest.mark.more
 def test_lines_are_put_together_of_parts() -> None:
     printed = LineBuffer()
     data = "grün\r\nblau".encode()

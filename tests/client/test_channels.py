@@ -168,6 +168,7 @@ async def test_emissions_to_older_executors_are_refused(tmp_path: Path, file: Pa
             await run.stop()
 
 
+@pytest.mark.more
 async def test_the_death_of_an_executor_ends_subscriptions(tmp_path: Path, file: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint, patience=0.5) as client:

@@ -269,7 +269,7 @@ async def test_a_suspended_watcher_delays_no_run_and_misses_no_record(
         began = time.monotonic()
         records = await all_records(run)
         verdict = await run.result()
-        assert time.monotonic() - began < 15.0
+        assert time.monotonic() - began < 2 * DEADLINE
         assert verdict.passed
         watcher.send_signal(signal.SIGCONT)
         with anyio.fail_after(DEADLINE):
@@ -343,6 +343,7 @@ async def _come_back(folder: Path, *runs: str) -> None:
             await anyio.sleep(3.0)  # until the other client has looked
 
 
+@pytest.mark.more
 async def test_an_unwritable_trace_ends_its_run_as_an_error_and_spares_the_next_run(tmp_path: Path) -> None:
     with executor(tmp_path, largest=200_000) as lab:
         async with seoro.Client(lab.endpoint) as client:

@@ -72,6 +72,7 @@ async def test_executors_at_one_router_form_a_lab(
         assert [status.name for status in await client.describe()] == ["lab-a", "lab-b"]
 
 
+@pytest.mark.more
 def test_a_second_executor_with_a_name_in_use_is_refused(
     router: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -114,6 +115,7 @@ async def test_a_scenario_uses_robots_of_different_machines(
     assert len(nodes.commands()) > before
 
 
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 def test_an_ambiguous_simulator_is_refused(
     router: str, nodes: Rails, tmp_path: Path, capsys: pytest.CaptureFixture[str]

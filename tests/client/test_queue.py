@@ -54,6 +54,7 @@ async def test_users_take_turns_and_higher_priorities_run_first(
     assert sorted(order, key=lambda run: found[run].info.started or 0.0) == order
 
 
+@pytest.mark.more
 async def test_the_queue_survives_a_restart(tmp_path: Path, hello: Path) -> None:
     long = tmp_path / "long.osc"
     long.write_text(LONG)
@@ -74,6 +75,7 @@ async def test_the_queue_survives_a_restart(tmp_path: Path, hello: Path) -> None
     assert started == sorted(started, key=lambda time: time or 0.0)
 
 
+@pytest.mark.more
 def test_queue_places_and_executors_are_listed(
     tmp_path: Path, hello: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -17,6 +17,7 @@ from seoro.embed.runnable import Runnable
 from seoro.errors import InvalidScenario
 from seoro.files.cache import read_cached, write_cached
 from tests.plan_outline import outline
+from tests.sampling import sampled
 
 ROOT = Path(__file__).parents[2]
 TEXT = """import osc.helpers
@@ -64,7 +65,7 @@ def cache_plan(path: Path, name: str | None = None) -> None:
 RUNNABLE = sorted(path for part in ("scenarios", "examples") for path in (ROOT / part).rglob("*.osc"))
 
 
-@pytest.mark.parametrize("path", RUNNABLE, ids=lambda path: path.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("path", sampled(RUNNABLE, every=6), ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_a_cached_plan_equals_the_one_that_it_was_made_of(path: Path) -> None:
     scenario = load(path)
     for name in scenario.checked.scenarios:

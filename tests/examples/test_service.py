@@ -54,7 +54,7 @@ def serve(service: ModuleType, tmp_path: Path) -> Serve:
                 yield client
         finally:
             server.should_exit = True
-            await asyncio.wait_for(task, 10)
+            await asyncio.wait_for(task, 30.0)
 
     return serving
 
@@ -197,7 +197,7 @@ def test_a_signal_stops_the_runs_and_ends_their_streams(tmp_path: Path, number: 
             ended = json.loads(last.removeprefix("data: "))
             assert (ended["kind"], ended["status"]) == ("run.end", "cancelled")
             assert ended["reason"] == "the service is shut down"
-            _, err = process.communicate(timeout=10)
+            _, err = process.communicate(timeout=30)
             assert "Traceback" not in err or "KeyboardInterrupt" in err
         finally:
             process.kill()

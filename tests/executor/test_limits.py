@@ -192,6 +192,7 @@ def test_memory_of_all_descendants_of_a_process_is_counted() -> None:
     assert used_by(Census().family(process.pid)) == 0
 
 
+@pytest.mark.more
 async def test_a_user_beyond_the_command_rate_can_still_stop(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
     file = tmp_path / "long.osc"
@@ -284,6 +285,7 @@ async def test_a_full_disk_refuses_submissions_and_runs_can_be_stopped(
         assert (await run.result()).status.value == "cancelled"
 
 
+@pytest.mark.more
 async def test_turns_are_by_the_names_in_certificates(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
     long = tmp_path / "long.osc"

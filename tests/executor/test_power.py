@@ -140,6 +140,7 @@ async def test_an_accepted_run_is_executed_after_a_power_failure(tmp_path: Path,
             assert await messages(run) == ["hello"]
 
 
+@pytest.mark.more
 async def test_a_started_run_is_not_repeated_after_a_power_failure(
     tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -196,6 +197,7 @@ async def test_the_outcome_of_a_run_survives_a_power_failure(tmp_path: Path, dis
             assert printed.read_text() == "printed\n"
 
 
+@pytest.mark.more
 async def test_an_emergency_stop_survives_a_power_failure(tmp_path: Path, disk: Disk) -> None:
     left = tmp_path / "left"
     with anyio.fail_after(DEADLINE):

@@ -54,6 +54,7 @@ def on_disk(folder: Path, size: int, *options: str) -> Iterator[RunningExecutor]
         subprocess.run(["umount", "--lazy", str(state)], check=True)
 
 
+@pytest.mark.more
 async def test_a_trace_that_fills_the_disk_ends_its_run_and_no_other(
     small: RunningExecutor, tmp_path: Path
 ) -> None:

@@ -225,6 +225,7 @@ def simulator(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
         yield endpoint, running
 
 
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 async def test_a_killed_simulator_ends_its_run_as_an_error_and_the_next_run_starts(
     tmp_path: Path, simulator: tuple[str, subprocess.Popen[bytes]]

@@ -30,7 +30,7 @@ scenario main inherits base:
             wait elapsed(3s)
 """
     loaded = load_text(HEADER + text)
-    return check_trace(loaded.plan, asyncio.run(asyncio.wait_for(execute(loaded), 10)).records)
+    return check_trace(loaded.plan, asyncio.run(asyncio.wait_for(execute(loaded), 30.0)).records)
 
 
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.name.replace(" ", "_"))

@@ -70,6 +70,7 @@ def test_impossible_camera_actions_fail_with_a_reason(tmp_path: Path, mujoco_nod
     assert (tmp_path / "twice.png").read_bytes() == (tmp_path / "twice_2.png").read_bytes()
 
 
+@pytest.mark.more
 async def test_images_are_not_kept_without_an_output_folder() -> None:
     needs_pictures("mujoco")
     simulator = seoro.Simulator(name="mujoco", world="empty")

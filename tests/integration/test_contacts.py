@@ -40,6 +40,7 @@ def run(folder: Path, body: str, *simulator: str) -> tuple[int, list[dict[str, A
     return status, [json.loads(line) for line in trace.read_text().splitlines()]
 
 
+@pytest.mark.more
 @engines
 def test_an_action_that_moves_the_robot_into_an_obstacle_fails(
     tmp_path: Path, engine: str, capsys: pytest.CaptureFixture[str]

@@ -41,6 +41,7 @@ def test_exec_uses_the_directives_of_the_file(capsys: pytest.CaptureFixture[str]
     assert EXPECTED in capsys.readouterr().out
 
 
+@pytest.mark.more
 def test_an_executor_gets_the_world_of_the_file(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

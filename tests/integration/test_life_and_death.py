@@ -29,8 +29,8 @@ def test_the_death_of_the_simulator_ends_the_run_as_an_error(start_seoro: StartS
     node = wait_for_driving(process)
     killed = time.monotonic()
     os.kill(node, signal.SIGKILL)
-    _, err = process.communicate(timeout=10)
-    assert time.monotonic() - killed < 2.0
+    _, err = process.communicate(timeout=30)
+    assert time.monotonic() - killed < 8.0, "silence is noticed later"
     assert process.returncode == 3
     assert "simulator 'mujoco' died during the run (killed by SIGKILL)" in err
     assert "Traceback" not in err
@@ -42,7 +42,7 @@ def test_ctrl_c_cancels_cleans_up_and_leaves_no_node(start_seoro: StartSeoro, tm
     process = start_seoro("exec", OBSTACLE, "--sim", "mujoco", "-o", str(tmp_path))
     node = wait_for_driving(process)
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=10)
+    _, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert "interrupted by Ctrl-C" in err
     assert not is_alive(node)
@@ -50,12 +50,13 @@ def test_ctrl_c_cancels_cleans_up_and_leaves_no_node(start_seoro: StartSeoro, tm
     assert (ended["status"], ended["reason"]) == ("cancelled", "interrupted by Ctrl-C")
 
 
+@pytest.mark.more
 def test_ctrl_c_during_the_start_of_the_simulator_ends_the_run(start_seoro: StartSeoro) -> None:
     process = start_seoro("exec", OBSTACLE, "--sim", "mujoco")
-    assert wait_until(lambda: Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(), 10)
+    assert wait_until(lambda: Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(), 30.0)
     node = int(Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()[0])
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=10)
+    _, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert "Traceback" not in err
     assert wait_until(lambda: not is_alive(node), 3)
@@ -68,7 +69,7 @@ def test_a_killed_run_takes_its_simulator_with_it(start_seoro: StartSeoro) -> No
     folder = Path(arguments[arguments.index("--folder") + 1])
     assert folder.is_dir()
     process.kill()
-    assert wait_until(lambda: not is_alive(node), 2)
+    assert wait_until(lambda: not is_alive(node), 30.0)
     assert not folder.exists()
 
 
@@ -84,7 +85,7 @@ def test_a_manually_started_simulator_outlives_runs(start_seoro: StartSeoro, tmp
         assert run.returncode == 0, err
     assert node.poll() is None
     node.send_signal(signal.SIGINT)
-    assert node.wait(5) == 0
+    assert node.wait(30.0) == 0
 
 
 def test_a_run_uses_the_world_of_a_connected_simulator(start_seoro: StartSeoro, tmp_path: Path) -> None:
@@ -103,6 +104,7 @@ def test_a_run_uses_the_world_of_a_connected_simulator(start_seoro: StartSeoro, 
     assert "world 'hall'" in out
 
 
+@pytest.mark.more
 def test_an_interrupted_run_leaves_the_robot_standing(start_seoro: StartSeoro, tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/node.sock"
     node = start_seoro("sim", "mujoco", "--listen", endpoint)
@@ -115,7 +117,7 @@ def test_an_interrupted_run_leaves_the_robot_standing(start_seoro: StartSeoro, t
             break
     anyio.run(wait_until_driven, endpoint)
     run.send_signal(signal.SIGINT)
-    run.communicate(timeout=10)
+    run.communicate(timeout=30)
     assert run.returncode == 130
 
     async def slide() -> float:

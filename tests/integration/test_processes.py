@@ -47,9 +47,9 @@ def test_a_signal_ends_all_processes_of_a_run(
     number: int, code: int, mark: str, tmp_path: Path, start_seoro: StartSeoro
 ) -> None:
     process = start_seoro("exec", str(tmp_path / "main.osc"))
-    assert wait_until(lambda: len(marked(mark)) == 4, 10)
+    assert wait_until(lambda: len(marked(mark)) == 4, 30.0)
     process.send_signal(number)
-    process.communicate(timeout=10)
+    process.communicate(timeout=30)
     assert process.returncode == code
     assert wait_until(lambda: not marked(mark), 3)
 
@@ -62,7 +62,7 @@ def test_processes_of_a_run_do_not_inherit_blocked_signals(
         process = start_seoro("exec", str(tmp_path / "main.osc"))
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    assert wait_until(lambda: len(marked(mark)) == 4, 10)
+    assert wait_until(lambda: len(marked(mark)) == 4, 30.0)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=8)  # its processes would be killed after 10 s
     assert process.returncode == 130
@@ -76,7 +76,7 @@ def test_a_killed_run_leaves_no_processes(seed: int, mark: str, tmp_path: Path, 
     time.sleep(random.Random(seed).uniform(0.2, 2.0))
     process.kill()
     try:
-        process.communicate(timeout=10)  # its supervisors hold its output open, until they have ended
+        process.communicate(timeout=30)  # its supervisors hold its output open, until they have ended
     except subprocess.TimeoutExpired:
         pytest.fail("something of it lives on")
     assert wait_until(lambda: not marked(mark) and not supervisors(tmp_path), 3)

@@ -62,7 +62,7 @@ def stopped_for(start_seoro: StartSeoro, folder: Path, seconds: float) -> tuple[
         if is_alive(node):
             os.kill(node, signal.SIGCONT)
     _, err = process.communicate(timeout=30)
-    assert wait_until(lambda: not is_alive(node), 5)
+    assert wait_until(lambda: not is_alive(node), 30.0)
     return process.returncode, err
 
 
@@ -86,6 +86,7 @@ def test_a_hanging_simulator_ends_the_run(start_seoro: StartSeoro, tmp_path: Pat
     assert read_trace(tmp_path / "out" / "trace.jsonl")[-1]["status"] == "error"
 
 
+@pytest.mark.more
 @pytest.mark.parametrize(
     ("size", "words", "left"),
     [

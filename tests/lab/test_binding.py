@@ -151,6 +151,7 @@ def test_a_robot_that_is_not_ready_is_refused(two: Rails, tmp_path: Path) -> Non
         run_scenario(tmp_path, ALONE, lab_of(tmp_path, floor(two, robots)))
 
 
+@pytest.mark.more
 def test_the_charge_of_a_simulated_robot_is_checked(tmp_path: Path) -> None:
     make_engine("mujoco")
     robot = "{name: cart, robot: turtlebot4, battery: {capacity: 26, idle: 9, driving: 20, charge: 0.5}}"

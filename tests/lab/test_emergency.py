@@ -32,11 +32,11 @@ from tests.lab.nodes import Hall, hall_at
 from tests.lab.test_holding import speed
 from tests.routers import process
 from tests.sim_nodes.engines import make_engine
+from tests.stopwatch import attempts
 
 pytestmark = pytest.mark.anyio
 
 WITHIN = 0.3  # [s]
-ATTEMPTS = 3
 STILL = 0.01  # [m/s]
 
 
@@ -66,21 +66,20 @@ async def stop(*endpoints: str) -> list[Outcome]:
 
 async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
     times: list[float] = []
-    while len(times) < ATTEMPTS and not (times and min(times) < WITHIN):  # each may be that of a busy machine
+    for _ in attempts(times, WITHIN):
         async with released(hall.endpoint), connect_robots(hall.endpoint, "a run", robots=("second",)) as node:
             lost: list[BackendError] = []
             await node.start_run(lambda name, arguments: None, lost.append)
             await node.drive("second", 0.2, 0.0, 600.0, lambda report: None)
-            await anyio.sleep(0.5)
-            assert await speed(hall.endpoint, "second") > 0.1
-            began = time.monotonic()
-            (outcome,) = await stop(hall.endpoint)
-            assert outcome.error == ""
-            deadline = time.monotonic() + 2.0
-            while await speed(hall.endpoint, "second") > STILL:
-                assert time.monotonic() < deadline
-            times.append(time.monotonic() - began)
-            with anyio.fail_after(2.0):
+            with anyio.fail_after(30.0):
+                while await speed(hall.endpoint, "second") <= 0.1:
+                    pass
+                began = time.monotonic()
+                (outcome,) = await stop(hall.endpoint)
+                assert outcome.error == ""
+                while await speed(hall.endpoint, "second") > STILL:
+                    pass
+                times.append(time.monotonic() - began)
                 while not lost:
                     await anyio.sleep(0.01)
             assert "no robot may move: emergency stop by ana@lab" in str(lost[0])
@@ -90,7 +89,7 @@ async def test_a_simulated_robot_stands_still_in_time(hall: Hall) -> None:
 
 async def test_a_robot_behind_a_bridge_receives_zero_in_time(rails: Rails) -> None:
     times: list[float] = []
-    while len(times) < ATTEMPTS and not (times and min(times) < WITHIN):  # each may be that of a busy machine
+    for _ in attempts(times, WITHIN):
         async with released(rails.endpoint), connect_robots(rails.endpoint, "a run") as node:
             await node.drive("line", 0.2, 0.0, 60.0, lambda report: None)
             while rails.commands()[-1][2] == 0.0:
@@ -182,6 +181,7 @@ async def test_an_emergency_stop_outlasts_a_restart_of_the_bridge(
                 pass
 
 
+@pytest.mark.more
 async def test_an_emergency_stop_outlasts_restarts_of_named_simulators_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -235,7 +235,7 @@ async def test_the_command_stops_and_releases_named_robots_only(hall: Hall, rail
         await others.start_run(lambda name, arguments: None, lambda loss: pytest.fail(str(loss)))
         found = await anyio.to_thread.run_sync(lambda: seoro("estop", "second", "--reason", "smoke", *at))
         assert (found.returncode, found.stdout.split(" (")[0]) == (0, "ok     the node 'hall': stopped second")
-        with anyio.fail_after(2.0):
+        with anyio.fail_after(30.0):
             while not lost:
                 await anyio.sleep(0.01)
         assert isinstance(lost[0], BackendStopped)
@@ -371,6 +371,7 @@ async def test_an_emergency_stop_cancels_a_run_that_grants_time(tmp_path: Path) 
     assert "emergency stop by ana@lab" in verdict.reason
 
 
+@pytest.mark.more
 async def test_a_remote_run_is_cancelled_if_only_its_robot_is_stopped(rails: Rails, tmp_path: Path) -> None:
     scenario, lab = tmp_path / "moving.osc", tmp_path / "lab.yaml"
     scenario.write_text(MOVING.format(act=ACTS["one goal"]))

@@ -15,13 +15,14 @@ from seoro.bridges.launch import SimulatorOptions, connect_simulator
 from seoro.bridges.models import ModelPath
 from seoro.bridges.robot.connecting import RobotsBusy, connect_robots
 from seoro.bridges.robot.node import RobotNode
-from seoro.bridges.session import open_session
+from seoro.bridges.session import AsyncSession, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendRefused, UsageError
 from seoro.runtime.contracts.backends import GoalStatus, Report
 from tests.bridges.robot.conftest import Rails
 from tests.lab.nodes import Hall, hall_at
 from tests.routers import process
+from tests.stopwatch import attempts
 
 pytestmark = pytest.mark.anyio
 
@@ -38,13 +39,18 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hall]:
 async def speed(endpoint: str, robot: str) -> float:
     """Return the true speed of a robot [m/s]."""
     async with open_session(connect=endpoint) as session:
-        address = NodeAddress(session, wire.NAMESPACE, "hall")
-        state = await ask(address, wire.GET_ENTITY_STATE, wire.EntityName(name=robot))
-        return abs(state.twist.linear.x) + abs(state.twist.linear.y)
+        return await speed_in(session, robot)
+
+
+async def speed_in(session: AsyncSession, robot: str) -> float:
+    """Return the true speed of a robot [m/s] by an open session."""
+    address = NodeAddress(session, wire.NAMESPACE, "hall")
+    state = await ask(address, wire.GET_ENTITY_STATE, wire.EntityName(name=robot))
+    return abs(state.twist.linear.x) + abs(state.twist.linear.y)
 
 
 async def ended(reports: list[Report]) -> Report:
-    with anyio.fail_after(10.0):
+    with anyio.fail_after(30.0):
         while not reports:
             await anyio.sleep(0.01)
     return reports[0]
@@ -93,21 +99,24 @@ async def test_the_end_of_a_run_does_not_affect_robots_of_another(hall: Hall) ->
         async with connect_robots(hall.endpoint, "another run", robots=("second",)) as other:
             await other.drive("second", 0.1, 0.0, 60.0, lambda report: None)
         assert (await ended(reports)).status is GoalStatus.SUCCEEDED
-    await anyio.sleep(0.2)
-    assert await speed(hall.endpoint, "second") < STOPPED
+    with anyio.fail_after(30.0):
+        while await speed(hall.endpoint, "second") >= STOPPED:
+            pass
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 async def test_a_run_that_dies_or_hangs_stops_its_simulated_robot(hall: Hall, number: signal.Signals) -> None:
     times: list[float] = []
-    while len(times) < 3 and not (times and min(times) < 0.5):  # each may be that of a busy machine
+    for _ in attempts(times, 0.5):
         with process(str(DRIVER), hall.endpoint, "turtlebot4", says="drives") as driver:
-            await anyio.sleep(0.3)
-            assert await speed(hall.endpoint, "turtlebot4") > 0.05
-            moment = time.monotonic()
-            driver.send_signal(number)
-            while await speed(hall.endpoint, "turtlebot4") > 0.02:
-                assert time.monotonic() < moment + 2.0, "the robot still drives"
+            async with open_session(connect=hall.endpoint) as session:
+                with anyio.fail_after(30.0):
+                    while await speed_in(session, "turtlebot4") <= 0.05:
+                        pass
+                    moment = time.monotonic()
+                    driver.send_signal(number)
+                    while await speed_in(session, "turtlebot4") > 0.02:
+                        pass
             times.append(time.monotonic() - moment)
     assert min(times) < 0.5
 

@@ -196,6 +196,7 @@ async def test_a_reset_runs_on_an_executor_and_ends_with_a_stop(rails: Rails, tm
     assert rails.commands()[-1][2] == 0.0
 
 
+@pytest.mark.more
 async def test_an_emergency_stop_of_the_executor_skips_the_reset(rails: Rails, tmp_path: Path) -> None:
     lab = lab_with(tmp_path, rails, FOR_LONG)
     (tmp_path / "go.osc").write_text(ALONE.replace("0.2m", "50m"))

@@ -117,6 +117,7 @@ async def test_a_run_with_its_robots_waits_for_its_turn(rails: Rails, lab: seoro
         assert started == sorted(started)
 
 
+@pytest.mark.more
 async def test_a_run_stopped_while_it_waits_holds_no_robots(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
     async def stop(run: RemoteRun) -> None:
         await run.stop("the test is over")
@@ -152,6 +153,7 @@ async def test_a_waiting_run_starts_after_a_restart_of_the_executor(
             assert await passes(again)
 
 
+@pytest.mark.more
 async def test_the_number_of_waiting_runs_is_limited(
     rails: Rails, lab: seoro.Lab, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -40,6 +40,7 @@ from tests.generated.model import Program
 from tests.generated.running import load_text
 from tests.generated.strategies import programs
 from tests.plan_outline import outline
+from tests.sampling import sampled
 
 ROOT = Path(__file__).parents[2]
 FILES = (SourceFile("a.osc", "one"), SourceFile("b.osc", "twenty two"))
@@ -56,7 +57,7 @@ def copied(value: Any) -> Any:
 RUNNABLE = sorted(path for part in ("scenarios", "examples") for path in (ROOT / part).rglob("*.osc"))
 
 
-@pytest.mark.parametrize("path", RUNNABLE, ids=lambda path: path.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("path", sampled(RUNNABLE, every=6), ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_plans_of_scenarios_are_decoded_with_their_shared_nodes(path: Path) -> None:
     scenario = load(path)
     for name in scenario.checked.scenarios:

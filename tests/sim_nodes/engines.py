@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from importlib.util import find_spec
+from typing import Any
 
 import pytest
 
@@ -13,8 +14,15 @@ from sim_nodes.check import check_rule
 from sim_nodes.physics import IDENTITY, Engine, Scene
 from sim_nodes.views import Lens, NoRendering, View
 
-# Engines of long tests: MuJoCo always, PyBullet in `make test-all` only.
-MUJOCO_FIRST = tuple(name if name == "mujoco" else pytest.param(name, marks=pytest.mark.slow) for name in ENGINES)
+
+def _pybullet(mark: pytest.MarkDecorator) -> tuple[Any, ...]:
+    return tuple(name if name == "mujoco" else pytest.param(name, marks=mark) for name in ENGINES)
+
+
+PYBULLET_IN_MORE = _pybullet(pytest.mark.more)
+"""Engines of tests of what both share; rules for engines, which are checked in both, find differences sooner."""
+MUJOCO_FIRST = _pybullet(pytest.mark.slow)
+"""Engines of long tests: PyBullet in `make test-all` only."""
 
 
 def make_engine(name: str) -> Engine:

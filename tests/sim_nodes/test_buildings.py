@@ -11,12 +11,12 @@ from seoro.bridges import wire
 from seoro.bridges.wire import Outcome
 from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import snapshots
-from sim_nodes.__main__ import ENGINES
 from sim_nodes.buildings.parts import Door
 from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.engines import PYBULLET_IN_MORE
 from tests.sim_nodes.graph import differences
 
-on_both = pytest.mark.parametrize("engine", ENGINES)
+on_both = pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 
 WORLD = """
 name: building

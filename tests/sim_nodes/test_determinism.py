@@ -7,9 +7,8 @@ import sys
 import pytest
 
 from seoro.bridges import wire
-from sim_nodes.__main__ import ENGINES
 from tests.sim_nodes.client import ROBOT, Client, pose
-from tests.sim_nodes.engines import MUJOCO_FIRST
+from tests.sim_nodes.engines import MUJOCO_FIRST, PYBULLET_IN_MORE
 
 SCRIPT = """
 from tests.sim_nodes.test_determinism import fingerprint
@@ -44,11 +43,12 @@ def test_a_run_in_another_process_is_bit_identical(engine: str) -> None:
     assert other.stdout == expected
 
 
+@pytest.mark.more
 def test_another_seed_gives_another_run() -> None:
     assert fingerprint(5, "mujoco") != fingerprint(6, "mujoco")
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_a_reset_repeats_the_run(engine: str) -> None:
     client = Client("maze", 2, engine)
     states = []
@@ -61,7 +61,7 @@ def test_a_reset_repeats_the_run(engine: str) -> None:
     assert states[0] == states[1]
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_the_size_of_grants_does_not_change_the_run(engine: str) -> None:
     ends = []
     for grant in (0.004, 0.03, 3.0):
@@ -75,7 +75,7 @@ def test_the_size_of_grants_does_not_change_the_run(engine: str) -> None:
     assert ends[0] == ends[1] == ends[2]
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_watches_do_not_change_the_run(engine: str) -> None:
     watched, unwatched = Client("maze", 2, engine), Client("maze", 2, engine)
     watched.watch(4.5, 4.5, 0.1, frame="base_link")

@@ -34,7 +34,7 @@ async def test_a_playing_node_publishes_samples_and_reports_events(tmp_path: Pat
             await node.ask(wire.DRIVE, wire.Drive(id="go", robot=ROBOT, linear=0.2, angular=0.0, duration=0.3))
             waiting = asyncio.create_task(node.ask(wire.AWAIT_EVENTS, AwaitEvents(wait=5.0)))
             await node.ask(wire.SET_SIMULATION_STATE, wire.SetSimulationState(state=SimulationState.PLAYING))
-            [event] = (await asyncio.wait_for(waiting, 5.0)).events
+            [event] = (await asyncio.wait_for(waiting, 30.0)).events
             assert event.occurrence is not None
             assert (event.number, event.occurrence.id) == (1, "go")
             assert event.occurrence.time == pytest.approx(0.3)

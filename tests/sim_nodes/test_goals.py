@@ -118,6 +118,7 @@ def test_stopping_a_robot_cancels_its_goal(empty: Client) -> None:
     assert ended.outcome is Outcome.CANCELED
 
 
+@pytest.mark.more
 def test_a_blocked_robot_aborts_with_a_reason(maze: Client) -> None:
     maze.localise()
     maze.navigate(pose(1.5, -1.5))

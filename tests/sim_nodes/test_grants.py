@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import pytest
 
 from seoro.bridges import wire
-from sim_nodes.__main__ import ENGINES
 from tests.sim_nodes.client import BOX, ROBOT, Client, pose
+from tests.sim_nodes.engines import PYBULLET_IN_MORE
 
 END = 6.0  # [s]
 
@@ -62,7 +62,7 @@ def happened(client: Client, grants: Iterator[float]) -> list[object]:
     return [*seen, *(simulation.engine.body_state(name) for name in (ROBOT, "box", "high")), odometry.pose]
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_the_size_of_grants_changes_no_event(engine: str) -> None:
     first, *others = [
         happened(client, grants(client))
@@ -94,7 +94,7 @@ def measured(engine: str, grant: float) -> list[object]:
     return [client.ask(wire.GET_MEASUREMENTS, wire.Empty()), data.trails, data.records[ROBOT].path]
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_the_size_of_grants_changes_no_measurement(engine: str) -> None:
     first, *others = [measured(engine, grant) for grant in (0.004, 0.03, 3.0)]
     assert [other == first for other in others] == [True, True]

@@ -13,7 +13,7 @@ from sim_nodes.__main__ import ENGINES
 from sim_nodes.codec import pack
 from sim_nodes.physics import SavesState
 from tests.sim_nodes.client import ROBOT, Client, pose
-from tests.sim_nodes.engines import make_engine
+from tests.sim_nodes.engines import PYBULLET_IN_MORE, make_engine
 from tests.sim_nodes.graph import differences
 from tests.sim_nodes.manipulation.cell import ARM, HOME
 
@@ -84,7 +84,7 @@ def kept(client: Client) -> bytes:
     return pack(engine.save())
 
 
-@on_both
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_rewinding_leaves_no_trace(seed: int, engine: str) -> None:
     one, other = busy(engine), busy(engine)

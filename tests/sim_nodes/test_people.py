@@ -11,12 +11,12 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.wire import Avoidance, Outcome, Position3D
 from seoro.bridges.wire.refusal import RequestRefused
-from sim_nodes.__main__ import ENGINES
 from sim_nodes.agents import drawing
 from sim_nodes.geometry import Pose2
 from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.engines import PYBULLET_IN_MORE
 
-on_both = pytest.mark.parametrize("engine", ENGINES)
+on_both = pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 
 WORLD = """
 name: square

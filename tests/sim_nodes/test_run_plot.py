@@ -69,6 +69,7 @@ def test_worlds_without_walls_and_all_shapes_are_plotted(empty: Client) -> None:
         assert np.abs(seen - columns(3.0 * index - 3.0, 10.0)).min() < 10
 
 
+@pytest.mark.more
 def test_the_path_of_a_moved_body_is_plotted(empty: Client) -> None:
     empty.spawn("box", pose(-3.0, 3.0))
     empty.advance(0.2)
@@ -82,6 +83,7 @@ def test_the_path_of_a_moved_body_is_plotted(empty: Client) -> None:
     assert along.min() < columns(-2.8, 10.0) and along.max() > columns(1.8, 10.0)
 
 
+@pytest.mark.more
 def test_a_body_that_falls_has_no_path(empty: Client) -> None:
     empty.spawn("box", pose(-3.0, 3.0, z=0.5))
     before = shows(picture(empty), SPAWNED_EDGE).sum()
@@ -137,6 +139,7 @@ def test_arms_and_paths_of_their_tools_are_plotted(engine: str, tmp_path: Path) 
     assert seen[:, round(columns(x, 1.5)) - 4 : round(columns(x, 1.5)) + 4].any()
 
 
+@pytest.mark.more
 def test_a_plot_of_hundreds_of_bodies_labels_some(empty: Client) -> None:
     for index in range(60):
         empty.spawn(f"box{index}", pose(-8.0 + index % 20 * 0.8, 2.0 + index // 20 * 1.5))

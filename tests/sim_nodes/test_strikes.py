@@ -131,6 +131,7 @@ def test_a_robot_that_keeps_pushing_is_a_striker_again(pair: Client) -> None:
     assert not any(contact.pushes for contact in contacts(pair, 14.0)), "it backs off"
 
 
+@pytest.mark.more
 def test_the_size_of_grants_does_not_change_strikers(pair: Client) -> None:
     found = []
     for step in (20.0, 0.02, 0.037):

@@ -39,6 +39,7 @@ def test_unprefixed_frames_belong_to_the_first_robot(pair: Client) -> None:
     assert "base_link" not in second.frames
 
 
+@pytest.mark.more
 def test_one_robot_drives_around_the_other(pair: Client) -> None:
     pair.navigate(pose(3.5, 0.0))
     ended, contacts = pair.run_until("goal")

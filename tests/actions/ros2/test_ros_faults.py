@@ -94,8 +94,8 @@ scenario main:
 @pytest.mark.parametrize(
     "wait",
     [
-        'wait_for_data("/count", "std_msgs/msg/Int64") with:\n            timeout(1.5s)\n            inverter()',
-        'wait_for_data("/count", "std_msgs/msg/Int64", duration: 1.5s)',
+        'wait_for_data("/count", "std_msgs/msg/Int64") with:\n            timeout(4s)\n            inverter()',
+        'wait_for_data("/count", "std_msgs/msg/Int64", duration: 4s)',
     ],
     ids=["timeout", "duration"],
 )
@@ -120,17 +120,17 @@ scenario main:
 @pytest.mark.parametrize(
     "wait",
     [
-        'wait_for_data("/count", "std_msgs/msg/Int64") with:\n            timeout(2s)\n            inverter()',
-        'wait_for_data("/count", "std_msgs/msg/Int64", duration: 2s)',
+        'wait_for_data("/count", "std_msgs/msg/Int64") with:\n            timeout(5s)\n            inverter()',
+        'wait_for_data("/count", "std_msgs/msg/Int64", duration: 5s)',
         'check_data("/count", "std_msgs/msg/Int64", "4", fail_if_no_data: true, wait_for_first_message: false)',
-        'assert_tf_moving("base_link", timeout: 2s, wait_for_first_transform: false)',
+        'assert_tf_moving("base_link", timeout: 5s, wait_for_first_transform: false)',
     ],
     ids=["timeout", "duration", "data", "frame"],
 )
 async def test_a_wait_that_times_out_after_an_outage_is_an_error(
     tmp_path: Path, wait: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ros_checks, "DATA_WITHIN", 2.0)  # a router may take a second to close
+    monkeypatch.setattr(ros_checks, "DATA_WITHIN", 5.0)  # a router may take seconds to close on a busy machine
     endpoint = free_endpoint()
     text = f"""
 scenario main:

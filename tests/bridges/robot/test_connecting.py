@@ -30,7 +30,7 @@ class Ends:
         self._told.set()
 
     async def wait(self) -> Report:
-        with anyio.fail_after(5.0):
+        with anyio.fail_after(30.0):
             await self._told.wait()
         assert self.report is not None
         return self.report
@@ -115,7 +115,7 @@ async def test_the_end_of_the_bridge_is_reported(
     async with connect_robots(rails.endpoint, "a test") as node:
         await node.start_run(lambda name, arguments: None, lost.append)
         rails.process.kill()
-        with anyio.fail_after(8.0):
+        with anyio.fail_after(30.0):
             while not lost:
                 await anyio.sleep(0.05)
     assert "bridge 'rails' has not answered for" in str(lost[0])

@@ -16,9 +16,9 @@ from seoro.robotics.geometry import Pose3D, Position3D
 from seoro.runtime.contracts.backends import GoalStatus, Report
 from tests.bridges.robot.conftest import Rails
 from tests.routers import process, router_process
+from tests.stopwatch import attempts
 
 DEADLINE = 0.5  # [s]
-ATTEMPTS = 3
 DRIVER = Path(__file__).with_name("driver.py")
 
 
@@ -31,9 +31,9 @@ def await_motion(rails: Rails) -> None:
 
 
 def stopping_time(rails: Rails, moment: float) -> float:
-    """Return the time from a moment to the stop of the robot [s]; wait for it, a second at most."""
+    """Return the time from a moment to the stop of the robot [s]; wait for it."""
     while (stopped := rails.stopped_after(moment)) is None:
-        assert time.monotonic() < moment + 1.0, "the robot still drives"
+        assert time.monotonic() < moment + 20.0, "the robot still drives"
         time.sleep(0.02)
     return stopped
 
@@ -41,7 +41,7 @@ def stopping_time(rails: Rails, moment: float) -> float:
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_run_that_dies_or_hangs_stops_its_robots(rails: Rails, number: signal.Signals) -> None:
     times: list[float] = []
-    while len(times) < ATTEMPTS and not (times and min(times) < DEADLINE):  # each may be that of a busy machine
+    for _ in attempts(times, DEADLINE):
         with process(str(DRIVER), rails.endpoint, says="drives") as driver:
             await_motion(rails)
             moment = time.monotonic()
@@ -65,13 +65,19 @@ def test_robots_stop_when_the_router_between_them_and_the_run_dies(
     start_rails: Callable[..., Rails], tmp_path: Path
 ) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/router"
-    with router_process(endpoint) as router:
-        rails = start_rails("--connect", endpoint)
-        with process(str(DRIVER), endpoint, says="drives"):
-            await_motion(rails)
-            moment = time.monotonic()
-            router.kill()
-            assert stopping_time(rails, moment) < DEADLINE
+    times: list[float] = []
+    for _ in attempts(times, DEADLINE):
+        with router_process(endpoint) as router:
+            rails = start_rails("--connect", endpoint)
+            with process(str(DRIVER), endpoint, says="drives"):
+                await_motion(rails)
+                moment = time.monotonic()
+                router.kill()
+                times.append(stopping_time(rails, moment))
+        rails.process.kill()
+        rails.process.wait()
+        Path(endpoint.partition("/")[2]).unlink()
+    assert min(times) < DEADLINE
 
 
 @pytest.mark.slow
@@ -92,7 +98,7 @@ async def test_a_run_continues_with_aborted_goals_after_a_restart_of_the_router(
             router.wait()
             Path(f"{tmp_path}/router").unlink(missing_ok=True)
             with router_process(endpoint):
-                with anyio.fail_after(5.0):
+                with anyio.fail_after(30.0):
                     while not (reported or lost):
                         await anyio.sleep(0.02)
                 assert lost == []
@@ -100,7 +106,7 @@ async def test_a_run_continues_with_aborted_goals_after_a_restart_of_the_router(
                 assert rails.commands()[-1][2] == 0.0
                 again: list[Report] = []
                 await node.drive("line", 0.1, 0.0, 0.05, again.append)
-                with anyio.fail_after(2.0):
+                with anyio.fail_after(30.0):
                     while not again:
                         await anyio.sleep(0.02)
                 assert again[0].status is GoalStatus.SUCCEEDED

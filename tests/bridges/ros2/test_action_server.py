@@ -72,7 +72,7 @@ async def serving(router: str, types: TypeStore) -> AsyncIterator[Peer]:
         here.subscribing(f"{below}/status", "action_msgs/msg/GoalStatusArray", latched) as status,
     ):
         for client in (send, result, cancel):
-            await client.wait_for_server(5.0)
+            await client.wait_for_server(30.0)
         assert here.graph.actions() == {"/fibonacci": (FIBONACCI,)}
         yield Peer(send, result, cancel, feedback, status)
 
@@ -86,7 +86,7 @@ async def test_goals_are_executed_with_feedback(router: str, types: TypeStore) -
         reported = [await peer.feedback.message() for _ in range(5)]
         assert bytes(reported[0].goal_id.uuid) == number
         assert reported[-1].feedback.sequence.tolist() == [0, 1, 1, 2, 3, 5, 8]
-        with anyio.fail_after(5.0):
+        with anyio.fail_after(30.0):
             while (await peer.status.message()).status_list[0].status != Status.SUCCEEDED:
                 pass
         assert await peer.goal(5, number) == (number, False)

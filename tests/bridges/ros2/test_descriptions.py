@@ -78,7 +78,7 @@ async def received(
         there.serving("~/get_type_description", SERVICE, describer.describe),
         there.publishing("/state", type_name) as publication,
     ):
-        with anyio.fail_after(10):
+        with anyio.fail_after(30.0):
             await here.graph.wait_for(
                 lambda seen: seen.publishers("/state") and seen.servers("/robot/get_type_description")
             )
@@ -129,7 +129,7 @@ async def test_a_type_without_a_description_server_is_unknown(
         two_nodes(router, types, theirs=theirs) as (there, here),
         there.publishing("/state", STATE) as publication,
     ):
-        with anyio.fail_after(10):
+        with anyio.fail_after(30.0):
             await here.graph.wait_for(lambda seen: seen.publishers("/state"))
             async with here.subscribing("/state", STATE) as subscription:
                 await publication.wait_for_subscription()

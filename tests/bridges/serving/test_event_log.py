@@ -36,7 +36,7 @@ async def test_waiting_clients_receive_an_event_at_once() -> None:
     async def wait() -> None:
         reported.append(names(await log.after(wire.AwaitEvents(wait=10.0))))
 
-    with anyio.fail_after(2.0):
+    with anyio.fail_after(30.0):
         async with anyio.create_task_group() as tasks:
             tasks.start_soon(wait)
             await anyio.wait_all_tasks_blocked()

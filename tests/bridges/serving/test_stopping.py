@@ -133,7 +133,7 @@ async def test_a_stop_takes_effect_while_the_event_loop_is_busy() -> None:
         stops: list[Future[wire.StopAcknowledgement]] = []
         thread = threading.Thread(target=lambda: stops.append(server.stop_at_once(wire.EmergencyStop(by="ana"))))
         thread.start()
-        assert reported.wait(5.0)  # blocks the event loop
+        assert reported.wait(30.0)  # blocks the event loop
         thread.join()
         assert latch.stopped is not None
         assert (alarms, stops[0].done()) == ([(("slow",), True)], False)

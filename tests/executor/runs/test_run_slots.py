@@ -14,7 +14,7 @@ from seoro.executor.runs.active_run import ActiveRun
 from seoro.executor.runs.run_slots import RunSlots
 from seoro.executor.runs.tail import Pace
 
-DEADLINE = 5.0  # [s]
+DEADLINE = 30.0  # [s]
 RUN = "0" * 32
 
 

@@ -71,6 +71,7 @@ async def reason_of(
         return run.state, run.info.reason, [record async for record in run.records()]
 
 
+@pytest.mark.more
 async def test_a_trace_at_its_limit_ends_its_run_with_the_reason(tmp_path: Path) -> None:
     file = tmp_path / "endless.osc"
     file.write_text(ENDLESS)

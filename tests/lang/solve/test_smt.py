@@ -63,6 +63,7 @@ def test_a_hard_sudoku_is_solved() -> None:
     assert all(holds(constraint.term, values) for constraint in asked.constraints)
 
 
+@pytest.mark.more
 def test_an_empty_sudoku_is_filled_differently_for_each_seed() -> None:
     asked = problem(*sudoku("." * 81))
     one, other = (solve(asked, seed, engine="search").values for seed in (0, 1))
@@ -86,6 +87,7 @@ def test_equations_of_integers_are_solved() -> None:
     assert all(holds(what, values) for what in EQUATIONS)
 
 
+@pytest.mark.more
 def test_z3_finds_equal_values_each_time() -> None:
     asked = problem(*sudoku(HARD[:40] + "." * 41))
     first = solve(asked, 3, engine="z3").values

@@ -56,7 +56,7 @@ async def test_the_event_loop_continues_while_a_thread_blocks(prepare_text: Prep
 
     @action("work", thread=True)
     def block(ctx: ThreadContext, name: str, seconds: float) -> None:
-        assert released.wait(5)
+        assert released.wait(30.0)
 
     text = DECLARATIONS + 'scenario main:\n    do work("a")\n'
     async with prepare_text(text, Options(clock="real"), [block]) as run, run.running():
@@ -155,7 +155,7 @@ async def test_a_thread_that_does_not_end_is_reported_and_abandoned(clock: str, 
 
     @action("work", thread=True)
     def hang(ctx: ThreadContext, name: str, seconds: float) -> None:
-        released.wait(5)
+        released.wait(30.0)
         ctx.log("lost log")
         try:
             ctx.sleep(1.0)
@@ -165,7 +165,7 @@ async def test_a_thread_that_does_not_end_is_reported_and_abandoned(clock: str, 
 
     text = DECLARATIONS + 'scenario main:\n    do parallel:\n        work("a")\n        emit end\n'
     options = Options(clock="real" if clock == "real" else "virtual", grace=0.02)
-    with anyio.fail_after(5):
+    with anyio.fail_after(30.0):
         async with prepare_text(text, options, [hang]) as run, run.running():
             verdict = await run.result()
     assert verdict.status is RunStatus.ERROR
@@ -174,5 +174,5 @@ async def test_a_thread_that_does_not_end_is_reported_and_abandoned(clock: str, 
     assert verdict.span is not None
     assert verdict.span.text.strip() == 'work("a")'
     released.set()
-    assert over.wait(5)
+    assert over.wait(30.0)
     assert refused == [True]

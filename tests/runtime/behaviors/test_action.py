@@ -133,7 +133,7 @@ scenario main:
         emit end
 """
     )
-    with anyio.fail_after(5):
+    with anyio.fail_after(30.0):
         async with (
             prepare_text(text, Options(clock="virtual", grace=0.02), ACTIONS) as run,
             run.running(),
@@ -156,7 +156,7 @@ scenario main:
             emit fail
 """
     )
-    with anyio.fail_after(5):
+    with anyio.fail_after(30.0):
         async with prepare_text(text, Options(grace=0.02), ACTIONS) as run, run.running():
             messages = [record["message"] async for record in run.trace() if record["kind"] == "log"]
     assert messages[0] == "went on"
@@ -275,7 +275,7 @@ async def work_in_other_tasks(ctx: ActionContext, name: str, seconds: float) -> 
 
 
 async def test_waiting_on_the_context_in_another_task_is_distinguished(run_text: RunText) -> None:
-    with anyio.fail_after(5):
+    with anyio.fail_after(30.0):
         ran = await run_text(
             DECLARATIONS + 'scenario main:\n    do work("a", 1.0)\n', actions=[work_in_other_tasks]
         )
@@ -455,7 +455,7 @@ async def work_that_waits_for_what_fails(ctx: ActionContext, name: str, seconds:
 
 
 async def test_an_awaited_report_may_be_a_failure(run_text: RunText) -> None:
-    with anyio.fail_after(5):
+    with anyio.fail_after(30.0):
         ran = await run_text(
             DECLARATIONS + 'scenario main:\n    do work("a")\n', actions=[work_that_waits_for_what_fails]
         )

@@ -126,7 +126,7 @@ async def test_an_action_cancelled_in_the_instant_cleans_up_first(
     ]
     text = scenario(*(members[::-1] if is_swapped else members))
     options = Options(clock="real" if clock == "real" else "virtual")
-    with anyio.fail_after(5):
+    with anyio.fail_after(30.0):
         async with prepare_text(text, options, ACTIONS) as run, run.running():
             logs = [record["message"] async for record in run.trace() if record["kind"] == "log"]
             verdict = await run.result()

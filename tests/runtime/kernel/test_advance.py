@@ -64,7 +64,7 @@ async def ends_when(passing: asyncio.Task[None], act: Callable[[], None]) -> boo
     """Return whether it waits until a call."""
     waits = await is_waiting(passing)
     act()
-    async with asyncio.timeout(10.0):
+    async with asyncio.timeout(30.0):
         await passing
     return waits
 

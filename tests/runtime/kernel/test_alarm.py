@@ -36,7 +36,7 @@ async def test_a_sleep_ends_in_a_fraction_of_a_millisecond_and_never_early() -> 
 @pytest.mark.parametrize("ago", [0.0, 1.0, 1e9])
 async def test_an_alarm_for_a_time_that_has_passed_rings_at_once(ago: float) -> None:
     rung = asyncio.Event()
-    with anyio.fail_after(5), alarm(time.monotonic() - ago, rung.set):
+    with anyio.fail_after(30.0), alarm(time.monotonic() - ago, rung.set):
         await rung.wait()
     assert rung.is_set()
 
@@ -72,7 +72,7 @@ async def test_an_alarm_that_is_near_has_a_file_within_its_block_only() -> None:
 async def test_an_alarm_rings_on_time_that_was_far_away_when_it_was_set() -> None:
     at = time.monotonic() + NEAR + HALF_WAY
     rung, before = asyncio.Event(), open_files()
-    with anyio.fail_after(5), alarm(at, rung.set):
+    with anyio.fail_after(30.0), alarm(at, rung.set):
         assert open_files() == before
         await rung.wait()
         assert time.monotonic() >= at
@@ -84,7 +84,7 @@ async def test_an_alarm_rings_when_no_more_files_can_be_opened() -> None:
     rung = asyncio.Event()
     resource.setrlimit(resource.RLIMIT_NOFILE, (0, limits[1]))
     try:
-        with anyio.fail_after(5), alarm(time.monotonic() + 0.005, rung.set):
+        with anyio.fail_after(30.0), alarm(time.monotonic() + 0.005, rung.set):
             await rung.wait()
         assert rung.is_set()
     finally:

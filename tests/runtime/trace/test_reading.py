@@ -125,6 +125,7 @@ async def test_a_run_that_waits_for_a_reader_can_be_ended(load: Load, ending: st
     async def program() -> seoro.Run:
         async with seoro.start(load(LOGS), clock="virtual") as run:
             runs.append((run, run.trace()))
+            started.set()
             await asyncio.sleep(0.05)
             if ending == "stop":
                 run.stop("enough")
@@ -134,10 +135,12 @@ async def test_a_run_that_waits_for_a_reader_can_be_ended(load: Load, ending: st
         return run
 
     runs: list[tuple[seoro.Run, seoro.TraceReader]] = []
+    started = asyncio.Event()
     task = asyncio.create_task(program())
+    await started.wait()
     await asyncio.sleep(0.1)
     task.cancel()
-    await asyncio.wait([task], timeout=5)
+    await asyncio.wait([task], timeout=30)
     [(run, reader)] = runs
     assert task.done()
     assert (await run.result()).status is seoro.RunStatus.CANCELLED

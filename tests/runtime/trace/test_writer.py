@@ -22,7 +22,7 @@ class Slow(io.BytesIO):
 
     def write(self, data: object) -> int:
         self.reached.set()
-        assert self.go_on.wait(10)
+        assert self.go_on.wait(30.0)
         return super().write(data)  # type: ignore[arg-type]
 
 
@@ -59,7 +59,7 @@ async def test_a_slow_file_does_not_delay_the_producer() -> None:
     file = Slow()
     writer = Writer[bytes](file, "file", bytes)
     writer.put(b"first ")
-    assert await asyncio.to_thread(file.reached.wait, 10)
+    assert await asyncio.to_thread(file.reached.wait, 30.0)
     for _ in range(1000):
         writer.put(b"more ")
     finishing = asyncio.create_task(writer.finish())

@@ -135,6 +135,7 @@ def test_a_canceled_gripper_stays_where_it_is(cell: Cell) -> None:
         cell.ask(wire.CANCEL_GOAL, wire.CancelGoal(id="grip"))
 
 
+@pytest.mark.more
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 @pytest.mark.parametrize(("mass", "held"), [(3.0, True), (6.0, False)])
 def test_heavy_bodies_slip_out_of_the_gripper(engine: str, mass: float, held: bool) -> None:

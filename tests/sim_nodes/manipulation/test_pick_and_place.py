@@ -10,6 +10,7 @@ import pytest
 from seoro.bridges import wire
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Array
+from tests.sim_nodes.engines import PYBULLET_IN_MORE
 from tests.sim_nodes.graph import differences
 from tests.sim_nodes.manipulation.cell import ARM, Cell, down
 
@@ -62,7 +63,7 @@ def test_a_repeated_run_is_bit_identical() -> None:
     assert first.where("cube") == second.where("cube")
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_a_fork_during_a_pick_continues_as_the_original(engine: str) -> None:
     original = Cell(engine)
     original.place("cube", 0.7, -0.2, 0.025, 0.3)

@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.bench import BASE
 from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.terrain.surface import Surface
 from sim_nodes.worlds.loader import parse_world
 from tests.sim_nodes.client import ROBOT, Client, pose
-from tests.sim_nodes.engines import MUJOCO_FIRST, make_engine
+from tests.sim_nodes.engines import MUJOCO_FIRST, PYBULLET_IN_MORE, make_engine
 
 HEAD = """
 name: w
@@ -78,7 +77,7 @@ def goal(world: str, engine: str) -> tuple[Client, list[tuple[float, float, floa
     return client, positions
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_a_navigating_robot_crosses_a_ramp(engine: str, tmp_path: Path) -> None:
     make_engine(engine)
     path = tmp_path / "w.yaml"
@@ -98,7 +97,7 @@ def test_a_navigating_robot_goes_around_a_steep_ramp(engine: str, tmp_path: Path
     assert max(abs(y) for _, y, _ in positions) > 0.9
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_scans_of_a_navigating_robot_are_without_ground(engine: str, tmp_path: Path) -> None:
     make_engine(engine)
     path = tmp_path / "w.yaml"

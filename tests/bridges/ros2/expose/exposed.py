@@ -85,14 +85,14 @@ async def step(node: Exposed, steps: int) -> None:
     """Simulate some steps, and receive all their messages."""
     # The response arrives after the announcements of the subscriptions; without them, nothing would be sent.
     async with node.ros.calling("/get_simulation_state", "simulation_interfaces/srv/GetSimulationState") as client:
-        await client.wait_for_server(5.0)
+        await client.wait_for_server(30.0)
         await client.call({}, 5.0)
     await node.ask(wire.STEP_SIMULATION, wire.StepSimulation(steps=steps))
 
 
 async def under_way(node: Exposed) -> None:
     """Wait until the robot has a goal."""
-    with anyio.fail_after(10.0):
+    with anyio.fail_after(30.0):
         while True:
             with suppress(BackendRefused):
                 await node.ask(wire.GET_NAVIGATION_FEEDBACK, wire.RobotName(robot="turtlebot4"))

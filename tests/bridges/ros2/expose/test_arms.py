@@ -29,7 +29,7 @@ async def reach(node: Exposed, action: str, goal: dict[str, Any]) -> tuple[GoalS
 
 async def duration_of_motion(node: Exposed) -> float:
     """Wait for a trajectory, and return its remaining duration [s]; no simulated time passes."""
-    with anyio.fail_after(10.0):
+    with anyio.fail_after(30.0):
         while (state := await node.ask(wire.GET_ARM_STATE, wire.RobotName(robot="ur10e"))).remaining == 0.0:
             pass
     return state.remaining

@@ -43,7 +43,7 @@ class Services:
         client = await self._stack.enter_async_context(
             self.node.ros.calling(f"/{name}", f"simulation_interfaces/srv/{kind}")
         )
-        await client.wait_for_server(5.0)
+        await client.wait_for_server(30.0)
         return await client.call(request or {}, 20.0)
 
 
@@ -150,7 +150,7 @@ async def test_services_control_the_time_and_the_world(simulator: str, router: s
         assert (loaded.result.result, loaded.world.name) == (OK, "arm_cell")
         joints = call.node.ros.subscribing("/ur10e/joint_states", "sensor_msgs/msg/JointState")
         async with joints as arm:
-            await call.node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
+            await call.node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 30.0)
             assert not call.node.ros.graph.publishers("/turtlebot4/scan")
             await call("step_simulation", {"steps": 10})
             assert len((await first(arm))[0].name) == 8
@@ -166,12 +166,12 @@ async def test_a_world_without_the_robot_of_the_root_namespace_keeps_the_node_al
 ) -> None:
     async with simulating(simulator, router, types, "empty", root="turtlebot4") as call:
         graph = call.node.ros.graph
-        await graph.wait_for(lambda graph: graph.publishers("/scan"), 10.0)
+        await graph.wait_for(lambda graph: graph.publishers("/scan"), 30.0)
         assert (await call("unload_world")).result.result == OK
-        await graph.wait_for(lambda graph: not graph.publishers("/scan"), 10.0)
+        await graph.wait_for(lambda graph: not graph.publishers("/scan"), 30.0)
         assert "unknown robot 'turtlebot4'; robots of no world: none" in caplog.text
         assert (await call("load_world", {"world_resource": {"uri": "empty"}})).result.result == OK
-        await graph.wait_for(lambda graph: graph.publishers("/scan"), 10.0)
+        await graph.wait_for(lambda graph: graph.publishers("/scan"), 30.0)
 
 
 async def test_steps_are_simulated_and_canceled(simulator: str, router: str, types: TypeStore) -> None:
@@ -216,8 +216,8 @@ async def test_changes_by_other_clients_of_the_simulator_are_published(
                 GoalStatus.ABORTED,
                 "the simulation was started over",
             )
-        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
-        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 10.0)
+        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 30.0)
+        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 30.0)
 
 
 async def test_worlds_loaded_by_other_clients_are_exposed_at_any_time(
@@ -225,12 +225,12 @@ async def test_worlds_loaded_by_other_clients_are_exposed_at_any_time(
 ) -> None:
     async with exposed(simulator, router, types, "empty") as node:
         await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="arm_cell"))  # at the beginning, as before
-        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
-        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 10.0)
+        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 30.0)
+        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/turtlebot4/scan"), 30.0)
         await node.ask(wire.UNLOAD_WORLD, wire.Empty())
-        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/ur10e/joint_states"), 10.0)
+        await node.ros.graph.wait_for(lambda graph: not graph.publishers("/ur10e/joint_states"), 30.0)
         await node.ask(wire.LOAD_WORLD, wire.LoadWorld(world="empty"))
-        await node.ros.graph.wait_for(lambda graph: graph.publishers("/turtlebot4/scan"), 10.0)
+        await node.ros.graph.wait_for(lambda graph: graph.publishers("/turtlebot4/scan"), 30.0)
         assert not node.ros.graph.publishers("/ur10e/joint_states")
 
 
@@ -247,7 +247,7 @@ async def test_a_world_loaded_while_robots_are_being_exposed_is_exposed(
 
     monkeypatch.setattr(ExposedNode, "ask", meddle)
     async with exposed(simulator, router, types, "empty") as node:
-        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 10.0)
+        await node.ros.graph.wait_for(lambda graph: graph.publishers("/ur10e/joint_states"), 30.0)
         assert not node.ros.graph.publishers("/turtlebot4/scan")
 
 

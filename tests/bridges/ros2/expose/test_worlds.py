@@ -19,16 +19,16 @@ async def test_loading_a_world_waits_until_it_is_exposed(number: int) -> None:
     await until_it_waits()
     assert not before.done()
     changing = asyncio.create_task(worlds.replace())
-    await asyncio.wait_for(before, 5.0)
+    await asyncio.wait_for(before, 30.0)
     order = worlds.request
     later = asyncio.create_task(worlds.replace())
     await until_it_waits()
     assert not changing.done()
-    await asyncio.wait_for(worlds.wait_replaced(order, number), 5.0)  # ends at once: another world was requested
-    await asyncio.wait_for(changing, 5.0)
+    await asyncio.wait_for(worlds.wait_replaced(order, number), 30.0)  # ends at once: another world was requested
+    await asyncio.wait_for(changing, 30.0)
     assert not later.done()
     after = asyncio.create_task(worlds.wait_replaced(worlds.request, number))
-    await asyncio.wait_for(later, 5.0)
+    await asyncio.wait_for(later, 30.0)
     after.cancel()
 
 
@@ -40,4 +40,4 @@ async def test_a_world_is_exposed_until_the_node_reports_a_later_one() -> None:
     await until_it_waits()
     assert not exposed.done()
     worlds.set_number(5)
-    await asyncio.wait_for(exposed, 5.0)
+    await asyncio.wait_for(exposed, 30.0)

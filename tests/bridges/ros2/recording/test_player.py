@@ -33,7 +33,7 @@ async def listening(
     router: str, types: TypeStore, topic: str = "/chatter", type_name: str = STRING
 ) -> AsyncIterator[tuple[RosNode, Subscription]]:
     """Yield a playing node, and a subscription of the robot."""
-    with anyio.fail_after(10):
+    with anyio.fail_after(30.0):
         async with (
             two_nodes(router, types) as (there, here),
             there.subscribing(topic, type_name, Qos(), Bound(1000)) as subscription,
@@ -67,7 +67,7 @@ async def test_publishers_offer_a_qos_for_all_recorded_publishers(
     bag = open_bag(await write(tmp_path / "bag", talk(2, SECOND), topic))
     async with two_nodes(router, types) as (there, here), anyio.create_task_group() as tasks:
         tasks.start_soon(play, here, bag)
-        (publisher,) = await there.graph.wait_for(lambda graph: graph.publishers("/chatter"), 5)
+        (publisher,) = await there.graph.wait_for(lambda graph: graph.publishers("/chatter"), 30.0)
         tasks.cancel_scope.cancel()
     assert publisher.qos is not None
     assert (publisher.qos.is_reliable, publisher.qos.is_transient_local, publisher.qos.depth) == (True, True, 7)
@@ -142,7 +142,7 @@ async def test_types_defined_only_by_the_bag_are_played(router: str, types: Type
     bag = open_bag(tmp_path / "bag")
     async with two_nodes(router, types) as (there, here), anyio.create_task_group() as tasks:
         tasks.start_soon(play, here, bag, Playback(rate=0.1))
-        (publisher,) = await there.graph.wait_for(lambda graph: graph.publishers("/own"), 5)
+        (publisher,) = await there.graph.wait_for(lambda graph: graph.publishers("/own"), 30.0)
         async with there.subscribing("/own", own.type, LATCHED) as subscription:
             (received,) = await take(subscription, 1)
         tasks.cancel_scope.cancel()
@@ -163,7 +163,7 @@ async def test_subscribers_with_another_definition_are_refused(
     theirs = with_another_string(types, tmp_path / "definitions")
     bag = open_bag(await write(tmp_path / "bag", talk(1), CHATTER))
     async with two_nodes(router, types, theirs=theirs) as (there, here), there.subscribing("/chatter", STRING):
-        await here.graph.wait_for(lambda graph: graph.subscriptions("/chatter"), 5)
+        await here.graph.wait_for(lambda graph: graph.subscriptions("/chatter"), 30.0)
         with pytest.raises(DefinitionMismatch, match="/chatter"):
             await play(here, bag)
 

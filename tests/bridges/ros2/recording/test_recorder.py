@@ -24,7 +24,7 @@ from seoro.bridges.session import Bound
 from tests.bridges.ros2.recording.bags import CHATTER, LATCHED, SCAN, SECOND, STRING, TYPES
 from tests.bridges.ros2.systems import two_nodes, with_another_string
 
-PATIENCE = 10  # [s]
+PATIENCE = 30  # [s]
 
 
 @asynccontextmanager

@@ -50,7 +50,10 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BridgedArm]:
         "model: plain\nkinds: [arm]\narm:\n  joints: {shoulder_pan_joint: 2.0, elbow_joint: 1.0}\n"
         "  trajectory: scaled_joint_trajectory_controller/follow_joint_trajectory\n"
     )
-    bridge = BRIDGE.replace('profile = read_profile("turtlebot4")', "").replace(
+    patient = (
+        "import seoro.bridges.leasing.leases as leases\nleases.HOLD_DEADLINE = 20.0\n"  # a test may be delayed
+    )
+    bridge = patient + BRIDGE.replace('profile = read_profile("turtlebot4")', "").replace(
         "[BridgedRobot(name, profile,",
         f"[BridgedRobot(name, read_profile('ur10e' if name == 'planned' else {str(plain)!r}),",
     )

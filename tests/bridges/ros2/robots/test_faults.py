@@ -61,7 +61,7 @@ async def test_a_robot_that_never_answers_times_out(tmp_path: Path) -> None:
             began = time.monotonic()
             with pytest.raises(BackendRefused, match="send_goal"):
                 await node.navigate("tb", [at(99.0)], stop_at_each=False, report=Ends())
-            assert time.monotonic() - began < 15.0
+            assert time.monotonic() - began < 40.0
 
 
 async def test_robots_behind_a_bridge_for_dds_are_driven(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ async def test_robots_behind_a_bridge_for_dds_are_driven(tmp_path: Path) -> None
                 assert (await each.wait()).status is GoalStatus.SUCCEEDED
             goal = await node.navigate("tb", [at(50.0)], stop_at_each=False, report=Ends())
             await node.cancel_goal(goal)
-        with anyio.fail_after(2.0):
+        with anyio.fail_after(30.0):
             while bridged.notes("goal")[-1][1] != -5.0:
                 await anyio.sleep(0.02)
 
@@ -97,7 +97,7 @@ async def test_a_robot_is_reachable_after_a_restart_of_its_router(tmp_path: Path
             assert ended.interrupted
             assert [value for _, value in Bridged(endpoint, tmp_path / "tb", since=0.0).notes("goal")] == [1.0]
             with router_process(router):
-                with anyio.fail_after(5.0):
+                with anyio.fail_after(30.0):
                     while Bridged(endpoint, tmp_path / "tb", since=0.0).notes("goal")[-1][1] != -5.0:
                         await anyio.sleep(0.02)
                 await node.drive("tb", 0.1, 0.0, 0.2, driven)
@@ -116,7 +116,7 @@ async def test_a_restarted_robot_has_its_new_pose_and_drives(tmp_path: Path) -> 
             assert (await far.wait()).status is GoalStatus.SUCCEEDED
             robot.kill()
             robot.wait()
-            with anyio.fail_after(5.0):
+            with anyio.fail_after(30.0):
                 with pytest.raises(BackendRefused, match="unknown frame base_link, odom"):
                     while True:  # until the bridge has noticed
                         watch = await node.watch_proximity(
@@ -177,7 +177,7 @@ async def test_the_reason_of_a_silent_topic_is_reported(tmp_path: Path) -> None:
                 async with connect_robots(endpoint, "a test") as node:
                     assert await why() == "no publisher"
                     async with robot.publishing("odom", "nav_msgs/msg/Odometry") as odometry:
-                        await odometry.wait_for_subscription(5.0)
+                        await odometry.wait_for_subscription(30.0)
                         odometry.send(b"\0\1\0\0x")
                         assert (await why()).startswith("invalid message on /tb/odom: nav_msgs/msg/Odom")
                     async with system.session.token(OTHER):

@@ -125,7 +125,7 @@ async def test_goals_wait_until_their_server_is_active(router: str, types: TypeS
         tasks.start_soon(pursue, link, "one", ActionGoal("/spin", SPIN, {}))
         await navigator.asked.wait()
         navigator.state = ACTIVE
-        await events.wait_for_subscription(5.0)
+        await events.wait_for_subscription(30.0)
         assert not navigator.goals
         events.publish({"start_state": INACTIVE, "goal_state": ACTIVE})
         with anyio.fail_after(30.0):

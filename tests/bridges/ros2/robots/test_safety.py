@@ -15,18 +15,18 @@ import pytest
 from seoro.lab.commands import LabCommands
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.routers import free_endpoint, process, router_process
+from tests.stopwatch import attempts
 
 DEADLINE = 0.5  # [s]
 EMERGENCY_DEADLINE = 0.3  # [s]
-ATTEMPTS = 3
 DRIVER = str(Path(__file__).with_name("driver.py"))
 CANCELED = -5.0
 
 
 def wait_for(moment: float, when: Callable[[], float | None]) -> float:
-    """Wait for an event (2 s at most), and return its time since `moment` [s]."""
+    """Wait for an event, and return its time since `moment` [s]."""
     while (found := when()) is None:
-        assert time.monotonic() < moment + 2.0, "the robot still drives"
+        assert time.monotonic() < moment + 20.0, "it has not happened"
         time.sleep(0.02)
     return found - moment
 
@@ -43,10 +43,10 @@ def goal_ended(bridged: Bridged) -> float | None:
     return next((when for when, value in bridged.notes("goal") if value == CANCELED), None)
 
 
-def shortest(measured: Callable[[], float]) -> float:
+def shortest(measured: Callable[[], float], limit: float = DEADLINE) -> float:
     """Return the shortest of some times [s], since a busy machine delays some."""
     times: list[float] = []
-    while len(times) < ATTEMPTS and not (times and min(times) < DEADLINE):
+    for _ in attempts(times, limit):
         times.append(measured())
     return min(times)
 
@@ -113,4 +113,4 @@ def test_an_emergency_stop_sends_zero_in_time(bridged: Bridged) -> None:
             anyio.run(LabCommands([began.endpoint]).release_all, "a test", "it is over")
             return stopped - (answered - outcome.elapsed)
 
-    assert shortest(measured) < EMERGENCY_DEADLINE
+    assert shortest(measured, EMERGENCY_DEADLINE) < EMERGENCY_DEADLINE

@@ -77,7 +77,7 @@ async def publishing(sensed: Sensed, topic: str, kind: str) -> AsyncIterator[Pub
         system.node("sensor", "/rover") as node,
         node.publishing(topic, kind) as publication,
     ):
-        with anyio.fail_after(10.0):
+        with anyio.fail_after(30.0):
             await publication.wait_for_subscription()
         yield publication
 

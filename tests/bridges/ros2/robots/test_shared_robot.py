@@ -27,7 +27,7 @@ async def test_another_bridge_to_the_same_robot_is_reported(
         connect(router, types=types, dialect=RmwZenoh()) as system,
     ):
         topics = ("/tf", f"/tb1/{statuses}")
-        await system.graph.wait_for(lambda graph: all(graph.subscriptions(each) for each in topics), 10.0)
+        await system.graph.wait_for(lambda graph: all(graph.subscriptions(each) for each in topics), 30.0)
         warn_if_shared([BridgedRobot(each, profile, f"/{each}") for each in ("tb1", "tb2")], system)
     [reported] = [record.getMessage() for record in caplog.records]
     assert reported.startswith(

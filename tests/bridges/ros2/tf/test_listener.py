@@ -25,7 +25,7 @@ def message(parent: str, child: str, second: int, x: float) -> dict[str, Any]:
 
 @pytest.mark.parametrize("namespace", ["", "robot1"])
 async def test_frames_of_a_robot_are_followed(router: str, types: TypeStore, namespace: str) -> None:
-    with anyio.fail_after(10):
+    with anyio.fail_after(30.0):
         prefix = f"/{namespace}" if namespace else ""
         async with (
             two_nodes(router, types) as (there, here),
