@@ -34,4 +34,4 @@ def places_of(options: argparse.Namespace) -> Places:
 
 def place_texts(options: argparse.Namespace) -> list[str]:
     """Return the options that choose other places than the default, as arguments of the command line."""
-    return option_texts(options, ["on", "executor", "dask"])
+    return option_texts(options, ["on", "executor", "dask", "keys"])

@@ -133,6 +133,45 @@ def test_other_versions_of_seoro_are_refused(
     assert f"has seoro {seoro.__version__}, the campaign 0.0.1" in capsys.readouterr().err
 
 
+def test_a_refused_submission_ends_the_campaign_at_its_beginning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("main.osc").write_text(TEXT)
+    Path("policy.yaml").write_text("everybody: {free: 1000000000}\n")
+    with executor(tmp_path, "--jobs", "2", "--policy", "policy.yaml") as running:
+        monkeypatch.setenv("SEORO_EXECUTOR", running.endpoint)
+        assert main(["campaign", "run", "main.osc", *RANDOM, "--runs", "5", "--on", "lab-a"]) == 3
+    error = capsys.readouterr().err
+    assert "the executor 'lab-a' accepts no runs of the campaign" in error
+    assert "the executor cannot store" in error and "MiB stay free" in error
+    assert not Path("out").exists(), "nothing has begun"
+
+
+@pytest.mark.slow
+def test_two_executors_share_the_runs_and_one_may_die(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("main.osc").write_text(TEXT)
+    (tmp_path / "b").mkdir()
+    with executor(tmp_path, "--jobs", "1") as first:
+        monkeypatch.setenv("SEORO_EXECUTOR", first.endpoint)
+        with executor(tmp_path / "b", "--jobs", "1", name="lab-b", connect=first.endpoint) as second:
+            there = ("--runs", "400", "--on", "lab-a", "--on", "lab-b", "--keep", "none")
+            process = start("run", "main.osc", *RANDOM, *there)
+            try:
+                wait_until(lambda: len(list(Path("out/runs").glob("on-lab-*.jsonl"))) == 2, 60.0)
+                wait_until(lambda: rows_so_far() > 60, 60.0)
+                second.kill()
+                assert process.wait(120) == 1
+            finally:
+                process.kill()
+                process.wait()
+    rows = table()
+    assert [int(row["run"]) for row in rows] == list(range(1, 401))
+    assert {row["status"] for row in rows} == {"passed", "failed"}, "no run is an error"
+    assert {row["worker"][:6] for row in rows} == {"lab-a-", "lab-b-"}
+
+
 @pytest.mark.slow
 def test_no_row_is_lost_when_the_executor_dies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -13,7 +13,8 @@ from typing import Final
 
 import anyio
 
-from seoro.bridges.executor.messages import CampaignWorker, ExecutorInfo
+from seoro.bridges.executor.messages import UNAVAILABLE, CampaignWorker, ExecutorInfo
+from seoro.bridges.wire import LabResult
 from seoro.bundle.pack import Bundle
 from seoro.bundle.unpack import limit_of
 from seoro.campaign.engine import NotBegun
@@ -25,7 +26,7 @@ from seoro.campaign.runs import Planned, Row
 from seoro.campaign.store.folder import CampaignFile, CampaignFolder
 from seoro.client import Client
 from seoro.concurrency.background import background
-from seoro.errors import BackendError, BackendLost, InvalidScenario, SeoroError, UsageError
+from seoro.errors import BackendError, BackendLost, BackendRefused, InvalidScenario, SeoroError, UsageError
 
 PATIENCE: Final = 15.0  # [s] for which an executor may be unreachable, before others get its runs
 STOP_IF_LOST: Final = 30.0  # [s] after which an executor stops workers whose coordinator is lost
@@ -77,6 +78,7 @@ class ExecutorEngine:
         self._changed = asyncio.Event()
         self._error: SeoroError | None = None
         self._has_begun = self._is_stopping = False
+        self._accepted = asyncio.Event()  # first worker, whose submission has sent the files
 
     # ------------------------------------------------------------ as an engine
 
@@ -147,12 +149,17 @@ class ExecutorEngine:
         Args:
             number: Number of the slot, for its name.
         """
+        if number > 1:
+            await self._accepted.wait()
         while not self._is_stopping:
             try:
                 if self._noted:  # it may have been started again, as another version
                     await self.check()
                 await self._hold_worker(f"{self._plain_name}-{platform.node()}-{os.getpid():x}-{number}")
             except (InvalidScenario, UsageError, BackendError) as error:
+                if not self._accepted.is_set() and _is_final(error):
+                    self._fail(error, "accepts no runs of the campaign")
+                    return
                 self._note_problem(f"{error}; others get its runs")
                 await anyio.sleep(RETRY)
 
@@ -172,6 +179,7 @@ class ExecutorEngine:
         )
         with anyio.CancelScope(shield=True):  # or a submitted worker would be left
             run = await self._client.submit_bundle(self._name, self._bundle, STOP_IF_LOST, campaign=campaign)
+        self._accepted.set()
         worker = RemoteWorker(run, self._limit, self._note_change)
         following = asyncio.create_task(worker.follow())  # also while this task is cancelled
         self._workers.append(worker)
@@ -194,9 +202,14 @@ class ExecutorEngine:
         """
         if self._has_begun or isinstance(error, BackendLost):
             raise error
-        self._note(f"the executor '{self._name}' cannot run the scenario")
+        self._fail(error, "cannot run the scenario")
+
+    def _fail(self, error: SeoroError, effect: str) -> None:
+        """End the campaign by an error of its beginning."""
+        self._note(f"the executor '{self._name}' {effect}")
         self._error = error
         self._is_stopping = True
+        self._changed.set()
 
     def _note_change(self) -> None:
         if self._noted and self.slots:
@@ -209,6 +222,11 @@ class ExecutorEngine:
         if problem != self._noted:
             self._noted = problem
             self._note(problem)
+
+
+def _is_final(error: SeoroError) -> bool:
+    """Whether a refused submission would be refused again: by a role, a limit or a full disk."""
+    return isinstance(error, BackendRefused) and error.code not in (LabResult.STOPPED, UNAVAILABLE)
 
 
 def _bundle_of(campaign: CampaignFile) -> Bundle:
