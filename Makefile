@@ -56,7 +56,7 @@ chaos: $(VENV)/.dev  ## play rounds of faults against a real lab, and check what
 	@$(BIN)/python -m tests.chaos --rounds $(ROUNDS)
 
 test-more: $(VENV)/.dev  ## tests marked `more`, and a choice of the long ones: faults at random, kills, genuine nodes of ROS 2
-	@timeout 900 $(BIN)/pytest $(PARALLEL) -m more
+	@timeout 900 $(BIN)/pytest $(PARALLEL) -m "more and not slow"
 	@timeout 1500 $(BIN)/pytest --timeout 1200 -m "slow or ros2" tests/chaos tests/bridges/ros2/genuine
 	@timeout 900 $(BIN)/pytest $(PARALLEL) --timeout 800 -m slow tests/client tests/faults/test_processes.py tests/faults/test_disk.py tests/executor/sandbox/test_sandbox.py \
 		tests/executor/test_load.py::test_many_clients_lose_no_run_and_record tests/pytest_plugin tests/embedding/test_many_runs.py \

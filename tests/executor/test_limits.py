@@ -89,6 +89,7 @@ async def test_a_run_beyond_its_memory_limit_is_killed(tmp_path: Path) -> None:
         assert (await (await client.submit("lab-a", other)).result()).passed
 
 
+@pytest.mark.more
 async def test_the_number_of_running_and_waiting_runs_of_a_user_is_limited(tmp_path: Path, long: Path) -> None:
     made = options(tmp_path, jobs=3, running=1, waiting=2)
     async with open_executor(made), seoro.Client(made.listen) as client:
@@ -267,6 +268,7 @@ async def test_outcomes_of_runs_are_audited_after_the_executor_died(tmp_path: Pa
     assert "the executor died" in last["reason"]
 
 
+@pytest.mark.more
 async def test_a_full_disk_refuses_submissions_and_runs_can_be_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,6 +99,7 @@ async def test_old_runs_are_removed(tmp_path: Path, hanging: Path) -> None:
     assert list((tmp_path / "state" / "blobs").iterdir()) == []
 
 
+@pytest.mark.more
 async def test_a_run_that_cannot_be_removed_delays_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -113,7 +113,7 @@ def far_router(link: Link) -> Iterator[subprocess.Popen[bytes]]:
             router.kill()
 
 
-@pytest.fixture(params=["packets", "connection"])
+@pytest.fixture(params=[pytest.param("packets", marks=pytest.mark.more), "connection"])
 def link(request: pytest.FixtureRequest) -> Iterator[Link]:
     """A link that carries packets between networks, and one that carries connections."""
     with packet_link() if request.param == "packets" else connection_link() as made:

@@ -88,6 +88,7 @@ def test_a_manually_started_simulator_outlives_runs(start_seoro: StartSeoro, tmp
     assert node.wait(30.0) == 0
 
 
+@pytest.mark.more
 def test_a_run_uses_the_world_of_a_connected_simulator(start_seoro: StartSeoro, tmp_path: Path) -> None:
     (tmp_path / "hall.yaml").write_text(
         "name: hall\nextent: [-3, -3, 3, 3]\nwalls: []\nrobots:\n  - {name: turtlebot4, robot: turtlebot4}\n"

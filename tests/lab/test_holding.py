@@ -130,6 +130,7 @@ async def test_a_playing_simulator_in_use_is_not_reset(hall: Hall) -> None:
         assert (await drive(node, "turtlebot4")).status is GoalStatus.SUCCEEDED
 
 
+@pytest.mark.more
 async def test_a_simulator_with_granted_time_is_held_by_one_run(tmp_path: Path) -> None:
     options = SimulatorOptions("hall", 1, ModelPath())
     with hall_at(tmp_path, rate=None) as running:

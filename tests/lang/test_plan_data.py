@@ -45,7 +45,7 @@ from tests.sampling import sampled
 ROOT = Path(__file__).parents[2]
 FILES = (SourceFile("a.osc", "one"), SourceFile("b.osc", "twenty two"))
 SPAN = Span(FILES[1], 2, 5)
-QUICK = settings(max_examples=50, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+QUICK = settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 LONG = settings(QUICK, max_examples=2000)
 
 

@@ -45,6 +45,7 @@ def test_a_node_has_no_threads_for_large_matrices() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.more
 def test_a_robot_navigates_around_a_box_without_scipy() -> None:
     check = (
         "import sys; from tests.sim_nodes.client import Client, pose\n"

@@ -101,6 +101,7 @@ def test_a_goal_where_a_car_does_not_fit_is_refused(tmp_path: Path) -> None:
         navigate(client, pose(0.7, 0.9, 0.0))
 
 
+@pytest.mark.more
 @needs_models
 @pytest.mark.parametrize("engine", MUJOCO_FIRST)
 def test_a_forked_car_continues_bit_identically(engine: str, tmp_path: Path) -> None:

@@ -134,13 +134,13 @@ def check(asked: Problem, engine: Engine) -> None:
         assert all(holds(constraint.term, values) for constraint in asked.constraints)
 
 
-@settings(max_examples=80, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(opaque()), min_size=1, max_size=6))
 def test_the_search_finds_the_answer_of_brute_force(terms: list[Term]) -> None:
     check(problem(*terms), "search")
 
 
-@settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(), min_size=1, max_size=6))
 def test_z3_finds_the_answer_of_brute_force(terms: list[Term]) -> None:
     try:
