@@ -32,6 +32,7 @@ from sim_nodes.streams import Streams
 from sim_nodes.strikes import Contacts, Strikes
 from sim_nodes.terrain.surface import Surface
 from sim_nodes.ticks import TICK
+from sim_nodes.tracks import Tracks
 from sim_nodes.views import Picture
 from sim_nodes.watches import Watches
 from sim_nodes.worlds.loader import World
@@ -66,7 +67,7 @@ class SimulatedWorld(Stateful):
         "pending",
     )
 
-    DERIVED = ("streams", "log", "halted", "_batches")  # of the simulator and the machine
+    DERIVED = ("streams", "log", "tracks", "halted", "_batches")  # of the simulator and the machine
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self.engine = engine
@@ -81,6 +82,7 @@ class SimulatedWorld(Stateful):
         self.recording = Recording(engine, world, lambda: self.entities)
         self.streams = Streams()
         self.log = EventLog()
+        self.tracks = Tracks()
         self.halted = Event()
         self._batches = Batches()
         self._start_over()

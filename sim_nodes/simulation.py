@@ -26,6 +26,7 @@ from sim_nodes.robots.robot import Robot
 from sim_nodes.streams import Streams
 from sim_nodes.strikes import Contacts
 from sim_nodes.ticks import IDLE_TICKS
+from sim_nodes.tracks import Tracks
 from sim_nodes.watches import Watches
 
 NO_POSES = np.zeros((0, 3))
@@ -69,7 +70,7 @@ class Simulation(CommandedWorld):
         shown = self.is_rendering or self.streams.are_open
         watched = bool(self.watches) or bool(self.camera_faults.goals) or shown
         idle = not (watched or self.agents or self.buildings) and all(map(self._is_at_rest, self.robots.values()))
-        count = self._steps_to_tick(IDLE_TICKS if idle else 1)
+        count = self._steps_to_tick(self.tracks.ticks_to_next(self.tick) if idle else 1)
         made, rate = self._steps - self._epoch, self.engine.steps_per_second
         # Steps that would begin at or after that time are not made.
         if (made + count - 1) / rate >= until:
@@ -80,10 +81,9 @@ class Simulation(CommandedWorld):
         """Whether a robot is idle and nothing touches it."""
         return robot.is_idle and not self._touched.touches(robot.name)
 
-    def _steps_to_tick(self, every: int) -> int:
-        """Return the number of steps to the next multiple of `every` ticks."""
-        steps = every * self._tick_steps
-        return steps - self._steps % steps
+    def _steps_to_tick(self, ahead: int) -> int:
+        """Return the number of steps to the end of the tick that is `ahead` ticks after the last one."""
+        return ahead * self._tick_steps - self._steps % self._tick_steps
 
     def _step_to_tick(self, count: int) -> None:
         """Make steps up to and including the next tick, or fewer on a change of contacts or an emergency stop."""
@@ -123,6 +123,12 @@ class Simulation(CommandedWorld):
         self._check_watches()
         self.recording.tick()
         self.streams.tick(self)
+        if self.tracks.is_due(tick):
+            self.sample_tracks()
+
+    def sample_tracks(self) -> None:
+        """Add a sample to the tracks, if they are wanted."""
+        self.tracks.sample(self.time, self.engine, self.robots, self.entities)
 
     def _drive_bodies(self, tick: int) -> None:
         """Move doors, lifts, people and carts until the next tick."""
@@ -142,9 +148,11 @@ class Simulation(CommandedWorld):
         robots = [self.engine.body_state(name).position[:2] for name in self.robots]
         return np.vstack([agents[:, :2], np.array(robots).reshape(-1, 2)])
 
-    def connect_outputs(self, streams: Streams, log: EventLog, halted: Event) -> None:
-        """Connect streams, log and stop event, also those of an earlier simulation."""
-        self.streams, self.log, self.halted = streams, log, halted
+    def connect_outputs(self, streams: Streams, log: EventLog, tracks: Tracks, halted: Event) -> None:
+        """Connect streams, log, tracks and stop event, also those of an earlier simulation."""
+        self.streams, self.log, self.tracks, self.halted = streams, log, tracks, halted
+        tracks.forget()
+        self.sample_tracks()
         streams.activate_sensors(self.robots)
 
     def _report_contacts(self) -> None:

@@ -25,6 +25,7 @@ from sim_nodes.physics import DrivesBodies, Engine, Rewinds, SavesState, Scene
 from sim_nodes.simulation import Simulation
 from sim_nodes.snapshots import Lookahead, check_world_change, enter_world, return_to, simulate_ahead
 from sim_nodes.streams import Streams
+from sim_nodes.tracks import Tracks
 from sim_nodes.unsupported import WithoutArms, WithoutTerrain
 from sim_nodes.worlds.loader import World, WorldError, available_worlds, load_world
 
@@ -64,6 +65,7 @@ class Simulator:
     Attributes:
         streams: Data published while time passes.
         log: Log of events.
+        tracks: Samples of poses for the trace of a run.
         source: Name or path of the world as requested; empty for that of a snapshot.
         state: Stopped, paused, playing, or without a world.
     """
@@ -77,6 +79,7 @@ class Simulator:
         self._ahead: Lookahead | None = None
         self.streams = Streams()
         self.log = EventLog()
+        self.tracks = Tracks()
         self._halted = Event()
         self._origin: str | World  # the world to load without a name
         self.source = ""
@@ -102,7 +105,7 @@ class Simulator:
 
     def _activate(self, simulation: Simulation) -> None:
         """Make a simulation the present one, with the streams and the log."""
-        simulation.connect_outputs(self.streams, self.log, self._halted)
+        simulation.connect_outputs(self.streams, self.log, self.tracks, self._halted)
         with self._reporting_dropped_goals():
             self._simulation = simulation
         self.log.record_world(simulation.world)
@@ -143,6 +146,7 @@ class Simulator:
         """
         origin = world or self._origin
         loaded = _read(origin, seed)
+        self.tracks.stop()
         self._check_supported(loaded)
         before = self._simulation
         try:
@@ -211,6 +215,8 @@ class Simulator:
         present = self.simulation
         contents = snapshots.check(snapshot, self._engine)
         self._check_paused("restore_state")
+        if purpose is wire.Purpose.BEGIN:
+            self.tracks.stop()
         self._replace(lambda: snapshots.restored(contents, present, purpose, seed))
         self.source = ""
 
@@ -288,6 +294,7 @@ class Simulator:
             self._ahead = simulate_ahead(simulation, horizon)
         events = simulation.collect()
         film, film_error = simulation.recording.drain()
+        samples, dropped = self.tracks.take()
         return wire.Advanced(
             time=simulation.time,
             occurrences=tuple(each for each in events if isinstance(each, wire.Occurrence)),
@@ -296,13 +303,22 @@ class Simulator:
             film_error=film_error,
             feedback=tuple(each for each in events if isinstance(each, wire.NavigationFeedback)),
             departures=tuple(each for each in events if isinstance(each, wire.Departure)),
+            tracks=samples,
+            dropped_samples=dropped,
         )
+
+    def start_tracks(self, rate: float) -> None:
+        """Sample poses for the answers to grants, at a rate [1/s] from now on; 0 ends it."""
+        simulation = self.simulation
+        self.tracks.start(rate)
+        simulation.sample_tracks()
 
     def rewind(self, time: float) -> float:
         """Return to a time [s] that was passed ahead of the last grant; returns the time after that."""
         ahead, self._ahead = self._ahead, None
         if ahead is not None and ahead.time <= time < self.simulation.time:
             return_to(self.simulation, ahead, time)
+            self.tracks.discard()  # the answer that went ahead had them
         return self.time
 
     def discard_checkpoint(self) -> None:
@@ -374,6 +390,7 @@ class Simulator:
             return None
         self.simulation.run(self._pace.until(clock, self.simulation.time))
         self._drop_pending()
+        self.tracks.discard()
         return self._pace.wait(clock, self.simulation.time)
 
 

@@ -24,6 +24,7 @@ from sim_nodes.outcomes import feature_unsupported, operation_failed
 from sim_nodes.physics import Engine, Rewinds, SavesState, UnsavableState, UnstablePhysics
 from sim_nodes.simulation import Simulation
 from sim_nodes.stateful import State
+from sim_nodes.tracks import Mark
 from sim_nodes.worlds.loader import World
 
 MAX_STATE = 256 * 1024 * 1024  # [bytes] uncompressed
@@ -202,6 +203,7 @@ class Lookahead:
     engine: Any
     state: State
     number: int  # number of the last event
+    tracks: Mark
 
 
 def simulate_ahead(simulation: Simulation, horizon: float) -> Lookahead | None:
@@ -220,7 +222,9 @@ def simulate_ahead(simulation: Simulation, horizon: float) -> Lookahead | None:
     if checkpoint is None:
         return None
     # Saved data shares objects with the running simulation, hence the copy.
-    ahead = Lookahead(simulation.time, checkpoint, deep_copy(simulation.save()), simulation.log.number)
+    ahead = Lookahead(
+        simulation.time, checkpoint, deep_copy(simulation.save()), simulation.log.number, simulation.tracks.mark()
+    )
     try:
         while simulation.time < horizon and not simulation.pending and monotonic() < deadline:
             simulation.advance(min(simulation.time + SLICE, horizon))
@@ -236,4 +240,5 @@ def return_to(simulation: Simulation, ahead: Lookahead, time: float) -> None:
     simulation.engine.rewind(ahead.engine)
     simulation.restore(ahead.state)
     simulation.log.rewind(ahead.number)
+    simulation.tracks.rewind(ahead.tracks)
     simulation.run(time)

@@ -128,6 +128,7 @@ def read_options(manifest: wire.Manifest, folder: Path, locate: Locate = unchang
         lab=None if given.lab is None else _lab(given.lab, folder, locate),
         leasing=Leasing(wait=given.leasing.wait, priority=given.leasing.priority, lease=given.leasing.lease),
         grace=given.grace,
+        poses=given.poses,
         external=given.external,
         locate=locate,
     )

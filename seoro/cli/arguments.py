@@ -15,6 +15,7 @@ from typing import Any, Final, NoReturn, TypeAlias, TypeVar
 from seoro.bridges.addresses import LARGEST_DOMAIN
 from seoro.cli.exit_status import Exit
 from seoro.lang.diagnostics import near
+from seoro.robotics.tracks import MAX_POSE_RATE
 from seoro.security.keys import VARIABLE
 
 Container: TypeAlias = "argparse._ActionsContainer"
@@ -94,6 +95,9 @@ positive = number("a positive number", float, lambda value: 0.0 < value < math.i
 seconds = number("a number from 0", float, lambda value: 0.0 <= value < math.inf)
 whole = number("a whole number from 1", lambda text: int(text) if text.isdecimal() else 0, lambda value: value > 0)
 integer = number("a whole number", int, lambda _: True)  # may be negative
+pose_rate = number(
+    f"a number from 0 to {MAX_POSE_RATE:g}", float, lambda value: 0.0 <= value <= MAX_POSE_RATE
+)  # [1/s]
 _rate = number("a positive number, or max", float, lambda value: 0.0 < value < math.inf)
 
 

@@ -157,6 +157,7 @@ class _Exec:
             options,
             leasing=leasing_of(options, lambda reason: progress.print_line(f"waiting: {reason}")),
             observers=(progress, *self._files.traces),
+            poses=options.poses if self._files.traces else 0.0,
             output_directory=options.output_dir,
             external=options.external,
             replay=options.recorded,

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Unpack
 
 from seoro.bridges.addresses import ROS_ROUTER
-from seoro.cli.arguments import add_option, domain, given_option, rate, seed
+from seoro.cli.arguments import add_option, domain, given_option, pose_rate, rate, seed
 from seoro.embed.file_settings import FileSettings, settings_of_file
 from seoro.embed.options import ROS_SIMULATOR, Lab, Leasing, OptionFields, Options, Ros, Simulator, options_from
 from seoro.embed.runnable import Runnable
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
 from seoro.files.world_names import WorldName
+from seoro.robotics.tracks import POSE_RATE
 
 DEFAULT_RATE = 1.0  # simulated seconds per second
 _OPTION_NAMES = {"snapshot": "--from-snapshot", "lab": "--lab", "ros": "--ros", "timeout": "--timeout SECONDS"}
@@ -49,6 +50,12 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
     )
     _add_simulator_arguments(parser)
     _add_ros_arguments(parser)
+    add_option(
+        parser,
+        "--poses HZ",
+        f"samples of poses in the trace, per second of the run's clock; 0 for none (default: {POSE_RATE:g})",
+        type=pose_rate,
+    )
     add_option(parser, "--timeout SECONDS", "end the run with an error after this wall time (default: 3600)")
 
 
@@ -156,6 +163,7 @@ def settings_of(options: argparse.Namespace, **more: Unpack[OptionFields]) -> Op
             "simulator": simulator_of(options),
             "ros": ros_of(options),
             "lab": lab_of(options),
+            "poses": options.poses,
             **more,
         }
     )

@@ -111,6 +111,7 @@ async def check_ability(
         (is_campaign, wire.CAMPAIGNS, "campaigns", "leave out this executor"),
         (is_dry, wire.DRY_RUNS, "dry runs", "run it without `--on`"),
         (bool(options.external), wire.EXTERNAL, "events from applications", "run it without `external`"),
+        (options.poses is not None, wire.POSES, "rates of poses", "leave out `--poses`"),
         (options.film is not None, wire.FILMS, "video recording", "run it without a video"),
     ):
         if is_wanted:

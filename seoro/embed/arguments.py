@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import TypeAlias, TypeVar
 
 from seoro.errors import UsageError
+from seoro.robotics.tracks import MAX_POSE_RATE
 
 AnyPath: TypeAlias = str | os.PathLike[str]
 T = TypeVar("T")
@@ -103,6 +104,7 @@ def number_with(is_valid: Callable[[float], bool], expected: str) -> Callable[[s
 
 
 to_limit = number_with(lambda limit: limit > 0.0, "seconds above 0")
+to_pose_rate = number_with(lambda rate: 0.0 <= rate <= MAX_POSE_RATE, f"0 to {MAX_POSE_RATE:g} Hz")
 to_wait = number_with(lambda wait: wait >= 0.0, "seconds from 0")
 _to_rate = number_with(lambda rate: rate > 0.0, 'a number above 0 or "max"')
 

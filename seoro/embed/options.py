@@ -21,6 +21,7 @@ from seoro.embed.arguments import (
     to_overrides,
     to_path,
     to_paths,
+    to_pose_rate,
     to_rate,
     to_text,
     to_texts,
@@ -33,6 +34,7 @@ from seoro.files.path_mapping import Locate, unchanged_path
 from seoro.lang.diagnostics import near
 from seoro.lang.frozen import Value
 from seoro.lang.plan import Plan
+from seoro.robotics.tracks import POSE_RATE
 
 if TYPE_CHECKING:
     from seoro.embed.scenarios import Scenario
@@ -196,6 +198,8 @@ class Options(Value):
         observers: Observers of the trace.
         output_directory: Folder for the results of the run; available to methods of libraries.
         keep_trace: Whether to keep the whole trace in memory, so that `Run.trace` can be read at any time.
+        poses: Samples of poses in the trace [1/s], at most 50; 0 for none. None for 10 if the trace is kept, by
+            `observers` or `keep_trace`.
         grace: Time limit for the clean-up of a cancelled action [s].
         timeout: Limit of wall time after which the run ends with an error [s]; may be infinite. None for that
             of the scenario file (`# seoro: timeout`), or one hour.
@@ -221,6 +225,7 @@ class Options(Value):
     observers: Sequence[Observer] = ()
     output_directory: Path | None = None
     keep_trace: bool = False
+    poses: float | None = None
     grace: float = 5.0
     timeout: float | None = None
     external: Sequence[str] = ()
@@ -228,6 +233,13 @@ class Options(Value):
     vet: Callable[[Plan], object] | None = None
     load: Callable[[Path], Scenario] | None = None
     locate: Locate = unchanged_path
+
+
+def pose_rate(options: Options) -> float:
+    """Return the rate of poses in the trace of a run [1/s]; 0 for none."""
+    if options.poses is not None:
+        return options.poses
+    return POSE_RATE if options.observers or options.keep_trace else 0.0
 
 
 class OptionFields(TypedDict, total=False):
@@ -246,6 +258,7 @@ class OptionFields(TypedDict, total=False):
     observers: Sequence[Observer]
     output_directory: AnyPath | None
     keep_trace: bool
+    poses: float | None
     grace: float
     timeout: float | None
     external: Sequence[str]
@@ -298,6 +311,7 @@ _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "observers": list_of(_to_observer, "a list of objects with a method `record`"),
     "output_directory": to_path,
     "keep_trace": to_flag,
+    "poses": to_pose_rate,
     "grace": to_number,
     "timeout": to_limit,
     "external": to_texts,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from seoro import __version__
 from seoro.embed.backends import make_clock, open_backends, open_ros
 from seoro.embed.option_checks import check_options
-from seoro.embed.options import Options
+from seoro.embed.options import Options, pose_rate
 from seoro.embed.runnable import Runnable
 from seoro.embed.runs import Run
 from seoro.embed.world_settings import split_world, with_world
@@ -69,6 +69,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             sources=scenario.files,
             external=options.external,
             recorded=recorded,
+            pose_rate=pose_rate(options),
         )
         with _naming_robots(options):
             execution = Execution(plan, settings)

@@ -48,6 +48,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="SECONDS",
         help="end a scenario with an error after this wall time (default: 3600)",
     )
+    group.addoption(
+        "--osc-poses",
+        type=_pose_rate,
+        metavar="HZ",
+        help="samples of poses in the trace, per second of the run's clock; 0 for none (default: 10)",
+    )
     parser.addini(
         "osc_files",
         type="args",
@@ -68,6 +74,12 @@ def _seconds(text: str) -> float:
     from seoro.cli.arguments import positive  # noqa: PLC0415 - for this option only
 
     return positive(text)
+
+
+def _pose_rate(text: str) -> float:
+    from seoro.cli.arguments import pose_rate  # noqa: PLC0415 - for this option only
+
+    return pose_rate(text)
 
 
 def pytest_configure(config: pytest.Config) -> None:

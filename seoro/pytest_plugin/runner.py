@@ -116,7 +116,8 @@ def options_of(config: pytest.Config) -> OptionFields:
     name, endpoint, world = (config.getoption(f"osc_{key}") for key in ("sim", "connect", "world"))
     clock: ClockName | None = config.getoption("osc_clock")
     seed: int | None = config.getoption("osc_seed")
-    options = OptionFields(clock=clock, seed=seed)
+    poses: float | None = config.getoption("osc_poses")
+    options = OptionFields(clock=clock, seed=seed, poses=poses)
     if name is not None or endpoint is not None:
         options["simulator"] = Simulator(name=name, endpoint=endpoint, world=world)
     return options

@@ -28,6 +28,7 @@ from seoro.runtime.execution.outputs import OutputFile, Outputs
 from seoro.runtime.execution.services import Decision, Services
 from seoro.runtime.execution.settings import Settings
 from seoro.runtime.execution.static_tree import static_tree
+from seoro.runtime.execution.tracking import start_tracking
 from seoro.runtime.instances.applied import with_nested
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.kernel.scheduler import Scheduler
@@ -221,14 +222,15 @@ class Execution:
     async def _run_to_end(self) -> Verdict:
         wall_start = time.monotonic()
         beginning = self._record_start()
-        scheduler = self._scheduler
+        scheduler, settings = self._scheduler, self._settings
         root = self._services.root = scheduler.start_root(self._perform_entry)
         root.past.cause = beginning
         cancelled = False
         async with shielded(self._stop_with_task):
-            for backend in self._settings.backends:
+            for backend in settings.backends:
                 await backend.start_run(partial(self._on_event, backend), self.fail_backend)
-            self._settings.clock.start()
+            await start_tracking(settings.backends, settings.pose_rate, scheduler, self._trace)
+            settings.clock.start()
             self._has_started = True
             self._services.common.share.begin()
             try:

@@ -25,6 +25,7 @@ _FIELDS: Final[dict[str, dict[str, type]]] = {
     "log": {"message": str, "level": str},
     "cover": {"item": str},
     "record": {"item": str},
+    "poses": {"time": float, "entities": dict},
     "margin": {"check": str, "value": float, "source": str},
     "run.end": {"status": str, "reason": str},
 }

@@ -48,6 +48,10 @@ def rewind(simulator: Simulator, request: wire.Rewind) -> wire.SimulationTime:
     return wire.SimulationTime(time=simulator.rewind(request.time))
 
 
+def start_tracks(simulator: Simulator, request: wire.StartTracks) -> None:
+    simulator.start_tracks(request.rate)
+
+
 def cancel_goal(simulator: Simulator, request: wire.CancelGoal) -> None:
     simulator.simulation.cancel_goal(request.id)
 

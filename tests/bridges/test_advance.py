@@ -84,13 +84,16 @@ async def seen(make: Make, *, goes_ahead: bool) -> list[object]:
         if not goes_ahead:
             node._rewinds = False
         counter = Counter(bench)
+        samples: list[object] = []
+        await node.start_tracks(10.0, samples.append)
         await bench.cast(Simulation).spawn_entity("box", BOX, place(0.9, 0.0))
         await bench.cast(DrivenRobots).drive(bench.robot, 0.3, 0.05, 4.0, reports)
         await bench.cast(MobileRobots).watch_distance(bench.robot, 0.5, reports)
         for until in (0.3, 1.17, 1.171, 2.5, 2.6, 6.0):
             await grant_often(bench, until)
-            found += [bench.time, await bench.truth(), list(reports.statuses), list(bench.happened)]
+            found += [bench.time, await bench.truth(), list(reports.statuses), list(bench.happened), list(samples)]
         assert ("rewind" in counter.verbs) == goes_ahead
+        assert len(samples) > 40
     return found
 
 

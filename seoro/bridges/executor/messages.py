@@ -18,9 +18,10 @@ from pydantic import ConfigDict, Field
 from seoro.bridges.wire.authentication import UNAVAILABLE as UNAVAILABLE  # noqa: PLC0414 - re-exported
 from seoro.bridges.wire.limits import BYTES, KIBIBYTE, MAX_MESSAGE, MEBIBYTE, Limits
 from seoro.bridges.wire.message import Empty, Message, Query, Verb
+from seoro.robotics.tracks import MAX_POSE_RATE
 from seoro.security.keys.roles import Role
 
-MINOR = 5  # minor version of the protocol; increases with each addition
+MINOR = 6  # minor version of the protocol; increases with each addition
 # Minor versions that introduced a feature.
 PRIORITIES = 1
 WORLD_FILES = 2
@@ -30,6 +31,7 @@ DRY_RUNS = 3
 ROS_SIMULATORS = 3  # simulators of ROS 2 systems, with their own worlds
 EXTERNAL = 4  # events emitted by applications
 CAMPAIGNS = 5  # workers of campaigns
+POSES = 6  # rate of poses in traces
 
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
 MAX_FILES = 10_000  # files of a bundle
@@ -152,6 +154,7 @@ class BundledOptions(ExecutorMessage):
     grace: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     timeout: Limit | None = None  # [s] of the machine's clock
     timeout_of_file: bool = False  # whether the scenario file sets the timeout, not the client
+    poses: Annotated[float, Field(ge=0, le=MAX_POSE_RATE)] | None = None
     external: tuple[Text, ...] = ()  # events that applications may emit
     film: BundledFilm | None = None  # saved as `seoro.embed.video.NAME` among the output files
 

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from seoro.bridges import wire
 from seoro.bridges.sim.requests import REQUEST_TIMEOUT, NodeAddress, Requests
 from seoro.bridges.sim.rules import TimeRules
+from seoro.bridges.sim.tracks import TrackRequests
 from seoro.errors import BackendError
 
 GRANT_TIMEOUT = 30.0  # [s]
@@ -106,7 +107,7 @@ class RecordingRequests(Requests):
         self._film_error = self._film_error or recorded.error or failed
 
 
-class AdvanceRequests(RecordingRequests):
+class AdvanceRequests(TrackRequests, RecordingRequests):
     """The clock of a node.
 
     Args:
@@ -144,14 +145,17 @@ class AdvanceRequests(RecordingRequests):
         if advanced is None:
             horizon = self._horizon(until)
             advanced, may_be_ahead = await self._advance(until, horizon), horizon is not None
+            self.keep_samples(advanced)
         reached = max(self.time, self._end_of(until))
         if may_be_ahead and reached < advanced.time:
             if self._back is not None:  # else another request has rewound the node meanwhile
                 self._ahead, self._back = advanced, reached
             self.time = reached
+            self.report_samples(reached)
             return reached
         self._ahead = self._back = None
         self.time = advanced.time
+        self.report_samples(advanced.time)
         await self._report(advanced)
         return advanced.time
 

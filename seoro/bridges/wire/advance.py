@@ -10,6 +10,7 @@ from seoro.bridges.wire.limits import MAX_MESSAGE, Limits
 from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.mobile import NavigationFeedback
 from seoro.bridges.wire.simulator import SimulationTime
+from seoro.bridges.wire.tracks import TrackSample
 from seoro.robotics.geometry import Position3D
 
 
@@ -100,6 +101,8 @@ class Advanced(Message):
     film_error: str = ""  # reason why the recording ended
     feedback: tuple[NavigationFeedback, ...] = ()
     departures: tuple[Departure, ...] = ()  # empty from nodes that do not know the extent of their world
+    tracks: tuple[TrackSample, ...] = ()  # since the answer before, after `start_tracks`
+    dropped_samples: int = 0  # further ones that the node could not keep
 
 
 class Rewind(Message):

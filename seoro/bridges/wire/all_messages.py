@@ -29,6 +29,7 @@ from seoro.bridges.wire.sensors import *
 from seoro.bridges.wire.simulator import *
 from seoro.bridges.wire.snapshots import *
 from seoro.bridges.wire.streams import *
+from seoro.bridges.wire.tracks import *
 from seoro.robotics.faults import *
 from seoro.robotics.geometry import *
 from seoro.robotics.measures import *

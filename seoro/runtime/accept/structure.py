@@ -33,6 +33,7 @@ _FIELDS: Final[dict[str, dict[str, Any]]] = {
     "instance": {"behavior": int, "instance": int, "of": str, "values": dict},
     "event": {"name": str, "arguments": dict},
     "variable": {"path": str, "of": int, "field": str},
+    "poses": {"time": _NUMBER, "entities": dict},
 }
 
 

@@ -42,6 +42,7 @@ class Settings(Value):
         sources: Texts of the scenario, recorded in the trace.
         external: Names of the events that the application may emit.
         recorded: Emissions of an earlier run, to be repeated at their times; None to wait for the application.
+        pose_rate: Samples of poses in the trace [1/s]; 0 for none.
         step_order: Order of steps in a delta cycle, as for `Scheduler`; tests check that it has no effect.
     """
 
@@ -61,4 +62,5 @@ class Settings(Value):
     sources: Sequence[SourceFile] = ()
     external: Sequence[str] = ()
     recorded: Sequence[Occurrence] | None = None
+    pose_rate: float = 0.0
     step_order: StepOrder | None = None

@@ -238,16 +238,17 @@ class Scheduler(Stepping):
         else:
             self.act_in_instant(act)
 
-    def act_in_instant(self, act: Callable[[], object]) -> None:
+    def act_in_instant(self, act: Callable[[], object], *, can_wait: bool = False) -> None:
         """Call a function in the present instant if one is open, otherwise in the next.
 
-        After the last instant it is called at once: backends are being ended then.
+        After the last instant, it is called at once. On exact clocks, one that can wait causes no instant.
         """
         if self._is_open or self._is_finished:
             act()
         else:
             self._held.append(act)
-            self._poke()
+            if not (can_wait and self.is_exact):
+                self._poke()
 
     def act_next(self, timer: Timer) -> None:
         """Let a timer act at the start of a new instant, so that its effects are in no past."""

@@ -1,0 +1,86 @@
+"""Samples of poses that a node adds to its answers; see `Tracks`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from struct import Struct
+
+from seoro.bridges import wire
+from seoro.bridges.sim.requests import Requests
+from seoro.bridges.sim.rules import ProtocolViolation
+from seoro.runtime.contracts.backends import WARNING
+from seoro.runtime.contracts.tracks import PoseSample, TrackReporter, Tracks
+
+_TOLERANCE = 1e-9  # [s]
+_POSES = Struct(f"<{wire.POSE_VALUES}d")
+_BELIEVED = Struct(f"<{wire.BELIEVED_VALUES}d")
+
+
+class TrackRequests(Requests):
+    """The capability `Tracks` of a node.
+
+    A node that simulates ahead sends samples beyond the time of the run. They are kept until the run reaches them,
+    and dropped if the node is rewound.
+    """
+
+    _report_sample: TrackReporter | None = None
+    _samples: tuple[wire.TrackSample, ...] = ()
+
+    def serves(self, contract: type) -> bool:
+        """Whether the node serves all verbs of a contract."""
+        raise NotImplementedError
+
+    async def start_tracks(self, rate: float, report: TrackReporter) -> None:
+        """See `Tracks`. Nodes that do not serve it report nothing."""
+        if self.serves(Tracks):
+            await self.ask(wire.START_TRACKS, wire.StartTracks(rate=rate))
+            self._report_sample = report
+
+    def keep_samples(self, advanced: wire.Advanced) -> None:
+        """Replace the samples that wait by those of a new answer."""
+        self._samples = advanced.tracks
+        if advanced.dropped_samples:
+            self._on_event(WARNING, {"message": f"{advanced.dropped_samples} samples of poses were too many"})
+
+    def report_samples(self, until: float) -> None:
+        """Report the samples up to a time [s].
+
+        Raises:
+            ProtocolViolation: A sample is invalid.
+        """
+        if self._report_sample is None:
+            return
+        due = [sample for sample in self._samples if sample.time <= until + _TOLERANCE]
+        self._samples = self._samples[len(due) :]
+        for sample in due:
+            self._report_sample(self._decode(sample))
+
+    def _decode(self, sample: wire.TrackSample) -> PoseSample:
+        try:
+            return PoseSample(
+                sample.time,
+                _rows(_POSES, sample.entities, sample.poses),
+                _rows(_BELIEVED, sample.localised, sample.believed),
+                sample.removed,
+            )
+        except ValueError as error:
+            raise ProtocolViolation(f"{self.name} violated the protocol: {error}") from None
+
+
+def _rows(row: Struct, names: Sequence[str], data: bytes) -> Mapping[str, tuple[float, ...]]:
+    """Decode one row of finite numbers per name.
+
+    Raises:
+        ValueError: The size or a number is invalid.
+    """
+    if len(data) != row.size * len(names):
+        raise ValueError(f"it sent {len(data)} bytes of poses of {len(names)} entities; expected {row.size} each")
+    rows = dict(zip(names, row.iter_unpack(data), strict=True))
+    if not _are_finite(rows.values()):
+        raise ValueError("it sent poses that are not finite; expected finite numbers")
+    return rows
+
+
+def _are_finite(rows: Iterable[Sequence[float]]) -> bool:
+    return all(math.isfinite(value) for row in rows for value in row)

@@ -1,0 +1,36 @@
+"""Tracks: samples of poses that a simulator adds to its answers to grants."""
+
+from __future__ import annotations
+
+from seoro.bridges.wire.message import Empty, Message, Verb
+
+POSE_VALUES = 13  # of an entity: position, quaternion (x, y, z, w), linear and angular velocity
+BELIEVED_VALUES = 3  # of a robot: x, y, yaw
+NUMBER = 8  # [bytes]
+
+
+class StartTracks(Message):
+    """Sample poses while time passes from now on, at a rate in samples per simulated second; 0 ends it.
+
+    The period is rounded to whole ticks of 20 ms. Samples do not change the simulation.
+    """
+
+    rate: float
+
+
+class TrackSample(Message):
+    """Poses at a time. The first sample has all robots and movable entities, later ones the moved entities.
+
+    `poses` has 13 little-endian doubles per entity: x, y, z [m], quaternion x, y, z, w, linear [m/s] and angular
+    [rad/s] velocity, in `map`. `believed` has 3 per robot: x, y [m] and yaw [rad] of its localisation.
+    """
+
+    time: float
+    entities: tuple[str, ...] = ()
+    poses: bytes = b""
+    localised: tuple[str, ...] = ()
+    believed: bytes = b""
+    removed: tuple[str, ...] = ()  # entities that were deleted since the sample before
+
+
+START_TRACKS = Verb("start_tracks", StartTracks, Empty)

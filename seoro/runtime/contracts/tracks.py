@@ -1,0 +1,46 @@
+"""Contract of backends that report how robots and objects move, for the trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from typing import Protocol, runtime_checkable
+
+from seoro.lang.frozen import Value
+
+
+class PoseSample(Value):
+    """Poses at a time; the first sample of a backend has all entities, later ones the moved entities.
+
+    Args:
+        time: Time of the sample on the backend's clock [s].
+        entities: Position, quaternion (x, y, z, w), linear and angular velocity by entity [m, m/s, rad/s], in
+            `map`; 13 numbers each.
+        believed: x, y [m] and yaw [rad] of the localisation by robot, if they changed.
+        removed: Entities that were deleted since the sample before.
+    """
+
+    time: float
+    entities: Mapping[str, tuple[float, ...]]
+    believed: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    removed: tuple[str, ...] = ()
+
+
+TrackReporter = Callable[[PoseSample], None]
+"""Callback for a sample; called on the event loop, between instants."""
+
+
+@runtime_checkable
+class Tracks(Protocol):
+    """A backend that reports poses."""
+
+    async def start_tracks(self, rate: float, report: TrackReporter) -> None:
+        """Report poses until the end of the run.
+
+        On a simulated clock, each sample is reported before the time of the run reaches it, or in the grant that
+        does. Samples do not change the simulation.
+
+        Args:
+            rate: Samples per second of the run's clock [1/s]; above 0, at most 50.
+            report: Called with each sample.
+        """

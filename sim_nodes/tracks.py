@@ -1,0 +1,156 @@
+"""Tracks for the trace of a run: poses of robots and movable bodies, sampled while time passes.
+
+Samples wait here until an answer to a grant takes them. They do not affect the simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from struct import Struct
+
+from seoro.bridges import wire
+from seoro.deferred import dataclass
+from seoro.robotics.tracks import MAX_POSE_RATE
+from sim_nodes.entities import Entities
+from sim_nodes.outcomes import operation_failed
+from sim_nodes.physics import Engine
+from sim_nodes.robots.robot import Robot
+from sim_nodes.ticks import IDLE_TICKS, TICK
+
+SCALE = 10_000  # values are rounded to 1 / SCALE
+MAX_WAITING = 16 * 1024 * 1024  # [bytes] of samples that wait for a grant
+OVERHEAD = 200  # [bytes] of a sample besides its numbers
+
+POSE = Struct(f"<{wire.POSE_VALUES}d")
+BELIEVED = Struct(f"<{wire.BELIEVED_VALUES}d")
+
+
+@dataclass(frozen=True)
+class Mark:
+    """State of the tracks, to return to."""
+
+    poses: Mapping[str, bytes]
+    believed: Mapping[str, bytes]
+    waiting: int  # number of samples
+    size: int  # [bytes] of them
+
+
+class Tracks:
+    """Samples of poses.
+
+    Attributes:
+        every: Period in ticks; 0 while nothing is sampled.
+    """
+
+    def __init__(self) -> None:
+        self.every = 0
+        self._poses: dict[str, bytes] = {}  # last samples by entity
+        self._believed: dict[str, bytes] = {}
+        self._waiting: list[wire.TrackSample] = []
+        self._size = 0  # [bytes] of the waiting samples, about
+        self._dropped = 0
+
+    def start(self, rate: float) -> None:
+        """Start to sample.
+
+        Args:
+            rate: Samples per second; 0 stops it.
+
+        Raises:
+            RequestRefused: The rate is invalid.
+        """
+        if not 0.0 <= rate <= MAX_POSE_RATE:
+            raise operation_failed(f"invalid rate {rate} of tracks; expected 0 to {MAX_POSE_RATE:g} Hz")
+        self.stop()
+        self.every = 0 if rate == 0.0 else max(1, round(1.0 / (rate * TICK)))
+
+    def stop(self) -> None:
+        """Stop, and drop the waiting samples."""
+        self.every = 0
+        self.discard()
+        self.forget()
+
+    def forget(self) -> None:
+        """Include all entities in the next sample, for another world or state."""
+        self._poses, self._believed = {}, {}
+
+    def ticks_to_next(self, tick: int) -> int:
+        """Return the number of ticks to the next sample, or to the update of idle robots before it."""
+        idle = IDLE_TICKS - tick % IDLE_TICKS
+        return min(idle, self.every - tick % self.every) if self.every else idle
+
+    def is_due(self, tick: int) -> bool:
+        """Whether a tick is sampled."""
+        return self.every > 0 and tick % self.every == 0
+
+    def sample(self, time: float, engine: Engine, robots: Mapping[str, Robot], entities: Entities) -> None:
+        """Sample the poses, unless tracks are stopped.
+
+        Args:
+            time: Present time [s].
+            engine: Engine with the true states.
+            robots: Robots by name.
+            entities: Entities of the world.
+        """
+        if not self.every:
+            return
+        poses = {name: _pose(engine, name) for name in (*robots, *entities.movable())}
+        believed = dict(_believed(robots))
+        moved = {name: pose for name, pose in poses.items() if self._poses.get(name) != pose}
+        localised = {name: pose for name, pose in believed.items() if self._believed.get(name) != pose}
+        removed = tuple(name for name in self._poses if name not in poses)
+        self._poses, self._believed = poses, believed
+        if moved or localised or removed:
+            self._add(
+                wire.TrackSample(
+                    time=time,
+                    entities=tuple(moved),
+                    poses=b"".join(moved.values()),
+                    localised=tuple(localised),
+                    believed=b"".join(localised.values()),
+                    removed=removed,
+                )
+            )
+
+    def _add(self, sample: wire.TrackSample) -> None:
+        size = OVERHEAD + len(sample.poses) + len(sample.believed)
+        if self._size + size > MAX_WAITING:
+            self._dropped += 1
+            return
+        self._waiting.append(sample)
+        self._size += size
+
+    def take(self) -> tuple[tuple[wire.TrackSample, ...], int]:
+        """Return the waiting samples, and the number of dropped ones."""
+        samples, dropped = tuple(self._waiting), self._dropped
+        self.discard()
+        return samples, dropped
+
+    def discard(self) -> None:
+        """Drop the waiting samples."""
+        self._waiting, self._size, self._dropped = [], 0, 0
+
+    def mark(self) -> Mark:
+        """Return the state, before the simulation goes ahead."""
+        return Mark(self._poses, self._believed, len(self._waiting), self._size)
+
+    def rewind(self, mark: Mark) -> None:
+        """Return to a state."""
+        self._poses, self._believed = dict(mark.poses), dict(mark.believed)
+        del self._waiting[mark.waiting :]
+        self._size = mark.size
+
+
+def _pose(engine: Engine, name: str) -> bytes:
+    state = engine.body_state(name)
+    w, x, y, z = state.orientation
+    values = (*state.position, x, y, z, w, *state.linear, *state.angular)
+    return POSE.pack(*[round(value * SCALE) / SCALE for value in values])
+
+
+def _believed(robots: Mapping[str, Robot]) -> Iterator[tuple[str, bytes]]:
+    for robot in robots.values():
+        pose = robot.mobile.localised_pose() if robot.drives else None
+        if pose is not None:
+            values = (pose.x, pose.y, pose.yaw)
+            yield robot.name, BELIEVED.pack(*[round(value * SCALE) / SCALE for value in values])

@@ -1,0 +1,50 @@
+"""Poses in traces of runs in simulators."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.cli.main import main
+from tests.integration.conftest import read_trace
+
+pytestmark = pytest.mark.engine("mujoco")
+
+SCENARIO = """
+import osc.driving
+
+scenario main:
+    robot: differential_drive_robot
+    do robot.drive(0.3mps, duration: 2s)
+"""
+
+
+def traced(folder: Path, node: str, *more: str) -> list[dict[str, Any]]:
+    (folder / "drive.osc").write_text(SCENARIO)
+    options = ["--connect", node, "--world", "empty", "--rate", "max", "--seed", "1", "-o", str(folder), *more]
+    assert main(["exec", str(folder / "drive.osc"), *options]) == 0
+    return read_trace(folder / "trace.jsonl")
+
+
+def test_a_trace_has_the_poses_of_its_run(tmp_path: Path, mujoco_node: str) -> None:
+    records = traced(tmp_path, mujoco_node)
+    poses = [record for record in records if record["kind"] == "poses"]
+    assert [record["time"] for record in poses] == pytest.approx([0.1 * index for index in range(len(poses))])
+    assert all(record["time"] <= record["t"] for record in poses)
+    assert len(poses) == 21
+    assert poses[-1]["entities"]["turtlebot4"][0] == pytest.approx(0.57, abs=0.03)
+    assert main(["accept", str(tmp_path / "trace.jsonl"), str(tmp_path / "drive.osc")]) == 0
+
+
+def test_poses_change_nothing_else(tmp_path: Path, mujoco_node: str) -> None:
+    def others(rate: str) -> list[dict[str, Any]]:
+        records = traced(tmp_path, mujoco_node, "--poses", rate)
+        return [{**each, "seq": 0, "wall": ""} for each in records if each["kind"] != "poses"]
+
+    assert others("0") == others("25")
+
+
+def test_a_rate_that_no_node_has_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["exec", "drive.osc", "--poses", "51"])
+    assert "expected a number from 0 to 50" in capsys.readouterr().err
