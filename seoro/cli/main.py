@@ -23,6 +23,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "campaign": "run a scenario many times, with planned values of its parameters",
     "check": "parse and check scenario files without running them",
     "trace": "print, filter, summarise or convert the trace of a run",
+    "redact": "remove names, hosts, paths and chosen fields from a trace, before it is shared",
     "accept": "check a recorded trace against its scenario",
     "replay": "repeat a recorded run, with the events that its application emitted",
     "bag": "show the contents of a ROS 2 bag, or repair a truncated one",
@@ -38,6 +39,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "stop": "stop runs on executors",
     "estop": "emergency stop: stop all robots, or the named ones, until they are released",
     "get": "download the output files of a run",
+    "runs": "delete old runs by age and size",
     "rm": "delete a run and its files",
     "router": "run a Zenoh router that connects executors, simulators and bridges",
     "keys": "create, renew and revoke the keys of a lab",
@@ -82,12 +84,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _with_aliases(arguments: Sequence[str]) -> Sequence[str]:
-    """Replace habits from other tools: `run` by `exec`, and `help COMMAND` by `COMMAND --help`."""
+    """Replace habits from other tools, such as `run` by `exec`, and `trace redact` by `redact`."""
     match arguments:
         case ["run", *rest]:
             return ["exec", *rest]
         case ["help", *rest]:
             return [*rest[:1], "--help"]
+        case ["trace", "redact", *rest]:
+            return ["redact", *rest]
     return arguments
 
 
