@@ -14,9 +14,10 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO
 
-from seoro.cli.arguments import add_option, number, pattern
+from seoro.cli.arguments import add_option, given_option, number, pattern
 from seoro.cli.files import write_errors
 from seoro.cli.output import paint, use_colour
+from seoro.cli.recordings import write as write_recording
 from seoro.cli.results import silence
 from seoro.cli.trace_input import invalid_trace, open_trace
 from seoro.errors import UsageError
@@ -34,6 +35,7 @@ EXAMPLES = """examples:
   seoro trace out/trace.jsonl --summary
   seoro trace out/trace.jsonl --why end
   seoro trace out/trace.jsonl --perfetto run.json     # open it in ui.perfetto.dev
+  seoro trace out/trace.jsonl --mcap run.mcap         # open it in Foxglove
   seoro exec maze.osc --trace - | seoro trace -
 
 exit status: 0, also for the truncated trace of a killed run; 2 if the trace is invalid"""
@@ -63,6 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_record,
     )
     add_option(form, "--summary", "print verdict, durations, failures and counts instead")
+    add_option(
+        form, "--mcap OUT.mcap", "write a recording for Foxglove, with foxglove-layout.json beside it", type=Path
+    )
     add_option(form, "--perfetto OUT.json", "write Chrome trace events for ui.perfetto.dev", type=Path)
     add_option(parser, "--numbers", "print the number of each record")
     add_option(parser, "--json", "print records as JSON Lines, or the summary as one JSON object")
@@ -114,10 +119,12 @@ class _TraceView:
             UsageError: The trace is invalid.
         """
         options = self._options
-        if options.perfetto is not None and options.json:
-            raise UsageError("`--json` contradicts `--perfetto`", help="leave out one of them")
+        if options.json and (given := given_option(options, "perfetto", "mcap")):
+            raise UsageError(f"`--json` contradicts `{given}`", help="leave out one of them")
         if options.perfetto is not None:
             self._convert(options.perfetto)
+        elif options.mcap is not None:
+            write_recording(self._chosen(), options.mcap)
         elif options.why is not None:
             self._explain(options.why)
         elif options.summary:

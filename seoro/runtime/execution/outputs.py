@@ -11,6 +11,7 @@ from seoro.lang.frozen import Value
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 # Standard results of runs; simulators write the pictures, measurements and trajectories.
 VIDEO = "video.mp4"
+RECORDING, LAYOUT = "recording.mcap", "foxglove-layout.json"
 TABLES = ("trajectories", "joint_trajectories")  # written as CSV, and as Parquet on request
 RESULT_NAMES = frozenset(
     {
@@ -21,6 +22,8 @@ RESULT_NAMES = frozenset(
         "coverage.json",
         *(f"{name}.{suffix}" for name in TABLES for suffix in ("csv", "parquet")),
         VIDEO,
+        RECORDING,
+        LAYOUT,
         "log.txt",
     }
 )

@@ -1,0 +1,195 @@
+"""Recordings in MCAP with Foxglove's schemas, made from the records of a trace."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from datetime import datetime
+from importlib import resources
+from pathlib import Path
+from typing import Any, Final
+
+from foxglove import Channel, Context, Schema, open_mcap
+from foxglove.channels import (
+    FrameTransformsChannel,
+    GridChannel,
+    LaserScanChannel,
+    LogChannel,
+    PosesInFrameChannel,
+    SceneUpdateChannel,
+)
+from foxglove.messages import (
+    FrameTransform,
+    FrameTransforms,
+    LaserScan,
+    Log,
+    LogLevel,
+    Pose,
+    PosesInFrame,
+    Timestamp,
+    Vector3,
+)
+
+from seoro.traces.foxglove.scenes import MAP, UPRIGHT, entity_update, grid_of, removal_update, scene_update
+from seoro.traces.foxglove.values import SECOND, to_pose, to_quaternion, to_timestamp
+
+LAYOUT: Final = "foxglove-layout.json"
+_ANY_OBJECT: Final = Schema(name="seoro.TraceRecord", encoding="jsonschema", data=b'{"type": "object"}')
+_LEVELS: Final[Mapping[str, LogLevel]] = {
+    "debug": LogLevel.Debug,
+    "info": LogLevel.Info,
+    "warning": LogLevel.Warning,
+    "error": LogLevel.Error,
+}
+
+Record = dict[str, Any]
+
+
+def write_recording(records: Iterable[Record], path: Path) -> None:
+    """Write a recording, and a layout for Foxglove beside it.
+
+    Args:
+        records: Records of a trace, or a part of them.
+        path: The file; an existing one is replaced.
+
+    Raises:
+        OSError: A file cannot be written.
+        ValueError: A record is invalid; the file is incomplete.
+    """
+    context = Context()
+    partial = path.with_name(f"{path.name}.part")
+    with _removed(partial), open_mcap(partial, allow_overwrite=True, context=context):
+        recording = _Recording(context)
+        for record in records:
+            recording.add(record)
+    partial.replace(path)
+    layout = resources.files(__package__).joinpath("layout.json").read_bytes()
+    path.with_name(LAYOUT).write_bytes(layout)
+
+
+@contextmanager
+def _removed(path: Path) -> Iterator[None]:
+    """Remove a file if the block fails."""
+    try:
+        yield
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
+
+
+class _Recording:
+    """Writer of the messages of a run."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._start: int | None = None  # of the run, since the epoch [ns]
+        self._trace = Channel("/trace", message_encoding="json", schema=_ANY_OBJECT, context=context)
+        self._log = LogChannel("/log", context=context)
+        self._frames = FrameTransformsChannel("/tf", context=context)
+        self._scene = SceneUpdateChannel("/scene", context=context)
+        self._map = GridChannel("/map", context=context)
+        self._paths: dict[str, PosesInFrameChannel] = {}
+        self._scans: dict[str, LaserScanChannel] = {}
+
+    def add(self, record: Record) -> None:
+        """Write the messages of a record."""
+        if self._start is None:  # of a part of a trace, too
+            wall = datetime.fromisoformat(record["wall"]).timestamp()
+            self._start = round((wall - record["t"]) * SECOND)
+        self._trace.log(json.dumps(record).encode(), log_time=self._at(record["t"]))
+        time: float = record["time"] if "time" in record else record["t"]
+        at = self._at(time)
+        try:
+            self._add(record, at, to_timestamp(at))
+        except (KeyError, TypeError, IndexError, ValueError) as error:
+            raise ValueError(f"invalid record {record.get('seq')} (`{record['kind']}`): {error}") from error
+
+    def _at(self, time: float) -> int:
+        assert self._start is not None, "set by the first record"
+        return self._start + round(time * SECOND)
+
+    def _add(self, record: Record, at: int, stamp: Timestamp) -> None:
+        match record["kind"]:
+            case "log":
+                self._log.log(_log(record["message"], _LEVELS.get(record["level"]), record, stamp), log_time=at)
+            case "run.end":
+                level = LogLevel.Info if record["status"] == "passed" else LogLevel.Error
+                text = f"{record['status']}: {record['reason']}" if record["reason"] else record["status"]
+                self._log.log(_log(text, level, record, stamp), log_time=at)
+            case "scene":
+                self._scene.log(scene_update(record, stamp), log_time=at)
+                if record.get("map") is not None:
+                    self._map.log(grid_of(record["map"], stamp), log_time=at)
+            case "entity":
+                self._scene.log(entity_update(record["entity"], stamp), log_time=at)
+            case "poses":
+                self._frames.log(FrameTransforms(transforms=list(_transforms(record, stamp))), log_time=at)
+                if record.get("removed"):
+                    self._scene.log(removal_update(record["removed"], stamp), log_time=at)
+            case "path":
+                self._path(record["entity"]).log(_path(record, stamp), log_time=at)
+            case "scan":
+                self._scan(record["entity"], record["sensor"]).log(_scan(record, stamp), log_time=at)
+
+    def _path(self, entity: str) -> PosesInFrameChannel:
+        if entity not in self._paths:
+            self._paths[entity] = PosesInFrameChannel(f"/{entity}/plan", context=self._context)
+        return self._paths[entity]
+
+    def _scan(self, entity: str, sensor: str) -> LaserScanChannel:
+        topic = f"/{entity}/{sensor}"
+        if topic not in self._scans:
+            self._scans[topic] = LaserScanChannel(topic, context=self._context)
+        return self._scans[topic]
+
+
+def _log(message: str, level: LogLevel | None, record: Record, stamp: Timestamp) -> Log:
+    file, _, place = str(record.get("source") or "").partition(":")
+    line = place.partition(":")[0]
+    return Log(
+        timestamp=stamp,
+        level=LogLevel.Unknown if level is None else level,
+        message=message,
+        name="seoro",
+        file=file,
+        line=int(line) if line.isdecimal() else 0,
+    )
+
+
+def _transforms(record: Record, stamp: Timestamp) -> Iterator[FrameTransform]:
+    for name, (x, y, z, qx, qy, qz, qw, *_) in record["entities"].items():
+        yield FrameTransform(
+            timestamp=stamp,
+            parent_frame_id=MAP,
+            child_frame_id=name,
+            translation=Vector3(x=x, y=y, z=z),
+            rotation=to_quaternion((qx, qy, qz, qw)),
+        )
+    for name, (x, y, yaw) in record.get("believed", {}).items():
+        yield FrameTransform(
+            timestamp=stamp,
+            parent_frame_id=MAP,
+            child_frame_id=f"{name}_believed",
+            translation=Vector3(x=x, y=y, z=0.0),
+            rotation=to_quaternion((0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))),
+        )
+
+
+def _path(record: Record, stamp: Timestamp) -> PosesInFrame:
+    poses = [Pose(position=Vector3(x=x, y=y, z=0.0), orientation=UPRIGHT) for x, y in record["points"]]
+    return PosesInFrame(timestamp=stamp, frame_id=MAP, poses=poses)
+
+
+def _scan(record: Record, stamp: Timestamp) -> LaserScan:
+    ranges = [math.inf if each is None else float(each) for each in record["ranges"]]
+    start = record["angle_min"]
+    return LaserScan(
+        timestamp=stamp,
+        frame_id=record["entity"],
+        pose=to_pose(record["pose"]),
+        start_angle=start,
+        end_angle=start + record["angle_increment"] * max(0, len(ranges) - 1),
+        ranges=ranges,
+    )

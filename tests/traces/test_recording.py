@@ -1,0 +1,143 @@
+"""Recordings of traces, read by independent packages."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from base64 import b64encode
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seoro.cli.main import main
+
+pytest.importorskip("foxglove", reason="the extra `recording` is not installed")
+reader = pytest.importorskip("mcap.reader")
+decoder = pytest.importorskip("mcap_protobuf.decoder")
+
+POSE = [1.0, 2.0, 0.0, 0.0, 0.0, 0.7071, 0.7071]
+MOVING = [*POSE, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0]
+SHAPES: list[dict[str, Any]] = [
+    {"kind": "box", "pose": POSE, "size": [1.0, 0.2, 0.5], "color": "#ff8000", "entity": "walls"},
+    {"kind": "polygon", "pose": POSE, "size": [2.0], "points": [[0, 0], [1, 0], [0, 1]], "entity": "post"},
+]
+BODY = [{"kind": "capsule", "pose": [0, 0, 1, 0, 0, 0, 1], "size": [0.2, 1.0], "color": "#000000"}]
+CELLS = bytes([0, 100, 255, 0, 0, 0])
+MAP = {
+    "resolution": 0.05,
+    "origin": [-1.0, 0.0, 0.0],
+    "width": 3,
+    "height": 2,
+    "data": b64encode(zlib.compress(CELLS)).decode(),
+}
+RECORDS: list[dict[str, Any]] = [
+    {"kind": "run.start", "t": 0.0, "scenario": "main", "file": "main.osc"},
+    {
+        "kind": "scene",
+        "t": 0.0,
+        "time": 0.0,
+        "shapes": SHAPES,
+        "entities": [{"name": "tb", "shapes": BODY}],
+        "map": MAP,
+    },
+    {"kind": "poses", "t": 1.0, "time": 0.5, "entities": {"tb": MOVING}, "believed": {"tb": [1, 2, 0]}},
+    {"kind": "entity", "t": 1.0, "time": 0.6, "entity": {"name": "ball", "shapes": []}},
+    {"kind": "poses", "t": 1.0, "time": 0.7, "entities": {}, "removed": ["ball"]},
+    {"kind": "path", "t": 1.0, "time": 0.7, "entity": "tb", "points": [[0, 0], [1, 1]]},
+    {
+        "kind": "scan", "t": 1.0, "time": 0.7, "entity": "tb", "sensor": "lidar", "pose": POSE, "angle_min": -1.0,
+        "angle_increment": 0.5, "range_max": 5.0, "ranges": [1.0, None, 2.0],
+    },
+    {"kind": "log", "t": 1.0, "level": "warning", "message": "half way", "source": "main.osc:7:5"},
+    {"kind": "run.end", "t": 2.0, "status": "failed", "reason": "too late", "source": "", "duration": 2.0},
+]  # fmt: skip
+
+
+def trace(folder: Path, records: list[dict[str, Any]]) -> str:
+    stamped = [{"seq": at, "wall": f"2026-05-31T10:00:0{at}+00:00", **each} for at, each in enumerate(records)]
+    (folder / "trace.jsonl").write_text("".join(json.dumps(each) + "\n" for each in stamped))
+    return str(folder / "trace.jsonl")
+
+
+def messages(path: Path) -> dict[str, list[tuple[float, Any]]]:
+    """Return time since the start [s] and message, by topic, in the order of the file."""
+    found: dict[str, list[tuple[float, Any]]] = {}
+    with path.open("rb") as file:
+        made = reader.make_reader(file, decoder_factories=[decoder.DecoderFactory()])
+        for schema, channel, message in made.iter_messages(log_time_order=False):
+            if channel.message_encoding == "json":
+                data = json.loads(message.data)
+            else:
+                data = decoder.DecoderFactory().decoder_for("protobuf", schema)(message.data)
+            found.setdefault(channel.topic, []).append(((message.log_time - 1780221600 * 10**9) / 1e9, data))
+    return found
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> dict[str, list[tuple[float, Any]]]:
+    assert main(["trace", trace(tmp_path, RECORDS), "--mcap", str(tmp_path / "run.mcap")]) == 0
+    return messages(tmp_path / "run.mcap")
+
+
+def test_a_recording_has_the_whole_trace(recorded: dict[str, list[tuple[float, Any]]]) -> None:
+    assert [each["kind"] for _, each in recorded["/trace"]] == [each["kind"] for each in RECORDS]
+    assert [time for time, _ in recorded["/trace"]] == [each["t"] for each in RECORDS]
+
+
+def test_frames_move_at_the_times_of_samples(recorded: dict[str, list[tuple[float, Any]]]) -> None:
+    (time, first), _ = recorded["/tf"]
+    assert time == 0.5
+    assert [(each.parent_frame_id, each.child_frame_id) for each in first.transforms] == [
+        ("map", "tb"),
+        ("map", "tb_believed"),
+    ]
+    assert (first.transforms[0].translation.y, first.transforms[0].rotation.z) == (2.0, 0.7071)
+
+
+def test_shapes_are_in_the_frames_of_their_entities(recorded: dict[str, list[tuple[float, Any]]]) -> None:
+    (_, scene), (added, ball), (removed, deletion) = recorded["/scene"]
+    entities = {each.id: each for each in scene.entities}
+    assert {name: each.frame_id for name, each in entities.items()} == {"walls": "map", "post": "map", "tb": "tb"}
+    [cube] = entities["walls"].cubes
+    assert (cube.size.x, cube.color.g, cube.pose.position.x) == (1.0, 128 / 255, 1.0)
+    assert len(entities["post"].triangles[0].points) == 3 * (2 + 6)
+    assert (len(entities["tb"].cylinders), [each.pose.position.z for each in entities["tb"].spheres]) == (
+        1,
+        [0.5, 1.5],
+    )
+    assert (added, ball.entities[0].id, removed, deletion.deletions[0].id) == (0.6, "ball", 0.7, "ball")
+
+
+def test_maps_paths_scans_and_logs_are_messages(recorded: dict[str, list[tuple[float, Any]]]) -> None:
+    [(_, grid)], [(_, plan)] = recorded["/map"], recorded["/tb/plan"]
+    assert (grid.column_count, grid.row_stride, grid.data, grid.pose.position.x) == (3, 3, CELLS, -1.0)
+    assert [each.position.y for each in plan.poses] == [0.0, 1.0]
+    [(_, scan)] = recorded["/tb/lidar"]
+    assert (scan.frame_id, scan.start_angle, scan.end_angle, list(scan.ranges)) == (
+        "tb",
+        -1.0,
+        0.0,
+        [1.0, float("inf"), 2.0],
+    )
+    (_, log), (_, end) = recorded["/log"]
+    assert (log.message, log.level, log.file, log.line) == ("half way", 3, "main.osc", 7)
+    assert (end.message, end.level) == ("failed: too late", 4)
+
+
+def test_a_layout_is_beside_the_recording(tmp_path: Path) -> None:
+    main(["trace", trace(tmp_path, RECORDS), "--mcap", str(tmp_path / "run.mcap")])
+    layout = json.loads((tmp_path / "foxglove-layout.json").read_text())
+    assert "3D!seoro" in layout["configById"]
+
+
+def test_a_part_of_a_trace_has_the_same_times(tmp_path: Path) -> None:
+    assert main(["trace", trace(tmp_path, RECORDS), "--from", "1", "--mcap", str(tmp_path / "run.mcap")]) == 0
+    assert messages(tmp_path / "run.mcap")["/trace"][-1][1]["kind"] == "run.end"
+
+
+def test_an_invalid_record_leaves_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = {**RECORDS[1], "map": {**MAP, "width": 10**9}}
+    assert main(["trace", trace(tmp_path, [RECORDS[0], scene]), "--mcap", str(tmp_path / "run.mcap")]) == 2
+    assert "invalid record 1 (`scene`): invalid size of a map" in capsys.readouterr().err
+    assert {each.name for each in tmp_path.iterdir()} == {"trace.jsonl"}
