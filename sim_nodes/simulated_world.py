@@ -26,6 +26,7 @@ from sim_nodes.physics import BodyState, Engine, PlacedRobot
 from sim_nodes.recording import Recording
 from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData
+from sim_nodes.scenery import describe_scene
 from sim_nodes.sensors.sensor_pipeline import Sample, SensorPipeline
 from sim_nodes.stateful import Stateful
 from sim_nodes.streams import Streams
@@ -206,6 +207,10 @@ class SimulatedWorld(Stateful):
     def shown_map(self) -> NavigationMap:
         """The map of walls, fixed props and terrain that no robot of the world can pass."""
         return self._surface.common(robot.mobile.declaration for robot in self.robots.values() if robot.drives)
+
+    def describe_scene(self) -> wire.Scene:
+        """Describe the world and its entities."""
+        return describe_scene(self.time, self.world, self.engine, self.entities, self.shown_map)
 
     def measurements(self) -> wire.Measurements:
         """Return the measurements of robots and movable entities since the start of the run."""

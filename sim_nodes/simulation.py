@@ -151,7 +151,7 @@ class Simulation(CommandedWorld):
     def connect_outputs(self, streams: Streams, log: EventLog, tracks: Tracks, halted: Event) -> None:
         """Connect streams, log, tracks and stop event, also those of an earlier simulation."""
         self.streams, self.log, self.tracks, self.halted = streams, log, tracks, halted
-        tracks.forget()
+        tracks.continue_in(self.world, self.describe_scene)
         self.sample_tracks()
         streams.activate_sensors(self.robots)
 

@@ -310,7 +310,7 @@ class Simulator:
     def start_tracks(self, rate: float) -> None:
         """Sample poses for the answers to grants, at a rate [1/s] from now on; 0 ends it."""
         simulation = self.simulation
-        self.tracks.start(rate)
+        self.tracks.start(rate, simulation.world, simulation.robots, simulation.entities)
         simulation.sample_tracks()
 
     def rewind(self, time: float) -> float:

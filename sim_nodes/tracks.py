@@ -5,7 +5,7 @@ Samples wait here until an answer to a grant takes them. They do not affect the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from struct import Struct
 
 from seoro.bridges import wire
@@ -15,7 +15,9 @@ from sim_nodes.entities import Entities
 from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import Engine
 from sim_nodes.robots.robot import Robot
+from sim_nodes.scenery import describe_body
 from sim_nodes.ticks import IDLE_TICKS, TICK
+from sim_nodes.worlds.loader import World
 
 SCALE = 10_000  # values are rounded to 1 / SCALE
 MAX_WAITING = 16 * 1024 * 1024  # [bytes] of samples that wait for a grant
@@ -31,6 +33,7 @@ class Mark:
 
     poses: Mapping[str, bytes]
     believed: Mapping[str, bytes]
+    since: Mapping[str, float]
     waiting: int  # number of samples
     size: int  # [bytes] of them
 
@@ -46,15 +49,21 @@ class Tracks:
         self.every = 0
         self._poses: dict[str, bytes] = {}  # last samples by entity
         self._believed: dict[str, bytes] = {}
+        self._since: dict[str, float] = {}  # times at which the described entities were spawned [s]
+        self._world: World | None = None
+        self._scene: wire.Scene | None = None  # for the next sample
         self._waiting: list[wire.TrackSample] = []
         self._size = 0  # [bytes] of the waiting samples, about
         self._dropped = 0
 
-    def start(self, rate: float) -> None:
-        """Start to sample.
+    def start(self, rate: float, world: World, robots: Mapping[str, Robot], entities: Entities) -> None:
+        """Start to sample. The client knows the scene of this time.
 
         Args:
             rate: Samples per second; 0 stops it.
+            world: The world.
+            robots: Robots by name.
+            entities: Entities of the world.
 
         Raises:
             RequestRefused: The rate is invalid.
@@ -62,17 +71,25 @@ class Tracks:
         if not 0.0 <= rate <= MAX_POSE_RATE:
             raise operation_failed(f"invalid rate {rate} of tracks; expected 0 to {MAX_POSE_RATE:g} Hz")
         self.stop()
+        self._world, self._since = world, _times_of(robots, entities)
         self.every = 0 if rate == 0.0 else max(1, round(1.0 / (rate * TICK)))
 
     def stop(self) -> None:
         """Stop, and drop the waiting samples."""
         self.every = 0
         self.discard()
-        self.forget()
+        self._poses, self._believed, self._scene = {}, {}, None
 
-    def forget(self) -> None:
-        """Include all entities in the next sample, for another world or state."""
+    def continue_in(self, world: World, describe: Callable[[], wire.Scene]) -> None:
+        """Include all entities in the next sample, and the scene if the world is another one.
+
+        Args:
+            world: The present world.
+            describe: Returns its scene.
+        """
         self._poses, self._believed = {}, {}
+        if self.every and world != self._world:
+            self._world, self._scene = world, describe()
 
     def ticks_to_next(self, tick: int) -> int:
         """Return the number of ticks to the next sample, or to the update of idle robots before it."""
@@ -94,12 +111,15 @@ class Tracks:
         """
         if not self.every:
             return
-        poses = {name: _pose(engine, name) for name in (*robots, *entities.movable())}
+        since = _times_of(robots, entities)
+        poses = {name: _pose(engine, name) for name in since}
         believed = dict(_believed(robots))
         moved = {name: pose for name, pose in poses.items() if self._poses.get(name) != pose}
         localised = {name: pose for name, pose in believed.items() if self._believed.get(name) != pose}
-        removed = tuple(name for name in self._poses if name not in poses)
-        self._poses, self._believed = poses, believed
+        removed = tuple(name for name in self._since if name not in since)
+        new = [name for name, start in since.items() if self._since.get(name) != start]
+        scene, self._scene = self._scene, None
+        self._poses, self._believed, self._since = poses, believed, since
         if moved or localised or removed:
             self._add(
                 wire.TrackSample(
@@ -109,6 +129,8 @@ class Tracks:
                     localised=tuple(localised),
                     believed=b"".join(localised.values()),
                     removed=removed,
+                    added=() if scene is not None else tuple(describe_body(entities, name) for name in new),
+                    scene=scene,
                 )
             )
 
@@ -132,13 +154,18 @@ class Tracks:
 
     def mark(self) -> Mark:
         """Return the state, before the simulation goes ahead."""
-        return Mark(self._poses, self._believed, len(self._waiting), self._size)
+        return Mark(self._poses, self._believed, self._since, len(self._waiting), self._size)
 
     def rewind(self, mark: Mark) -> None:
         """Return to a state."""
-        self._poses, self._believed = dict(mark.poses), dict(mark.believed)
+        self._poses, self._believed, self._since = dict(mark.poses), dict(mark.believed), dict(mark.since)
         del self._waiting[mark.waiting :]
         self._size = mark.size
+
+
+def _times_of(robots: Mapping[str, Robot], entities: Entities) -> dict[str, float]:
+    """Return the sampled entities, with the times at which they were spawned [s]."""
+    return dict.fromkeys(robots, 0.0) | entities.movable()
 
 
 def _pose(engine: Engine, name: str) -> bytes:

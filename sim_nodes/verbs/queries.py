@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, Empty
 from sim_nodes.entities import EntityInfo
@@ -14,12 +12,11 @@ from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
 from sim_nodes.outcomes import operation_failed, unknown
 from sim_nodes.robots.declaration import ArmDeclaration, LidarDeclaration
 from sim_nodes.robots.postures import Posture
+from sim_nodes.scenery import describe_map
 from sim_nodes.sensors.description import describe_sensors
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs.entities import check_categories, check_tags, check_tags_filter, filter_entities, has_tags
 from sim_nodes.worlds.schema import MAX_DESCRIPTION
-
-OCCUPIED = 100  # occupied cell of nav_msgs/OccupancyGrid
 
 
 def get_entities_states(simulator: Simulator, request: wire.EntityFilter) -> wire.EntityStates:
@@ -100,17 +97,11 @@ def get_transforms(simulator: Simulator, _: Empty) -> wire.Transforms:
 
 
 def get_map(simulator: Simulator, _: Empty) -> wire.OccupancyGrid:
-    known = simulator.simulation.shown_map
-    grid = known.grid
-    occupied = np.where(known.distance <= grid.resolution / 2.0, OCCUPIED, 0).astype(np.uint8)
-    return wire.OccupancyGrid(
-        resolution=grid.resolution,
-        x=grid.x,
-        y=grid.y,
-        columns=grid.columns,
-        rows=grid.rows,
-        cells=occupied.T.tobytes(),
-    )
+    return describe_map(simulator.simulation.shown_map)
+
+
+def get_scene(simulator: Simulator, _: Empty) -> wire.Scene:
+    return simulator.simulation.describe_scene()
 
 
 def get_robot_description(simulator: Simulator, request: wire.RobotName) -> wire.RobotDescription:

@@ -19,6 +19,9 @@ scenario main:
 """
 
 
+STAMPS = ("seq", "wall", "cause")  # numbers of records, and times of the machine
+
+
 def traced(folder: Path, node: str, *more: str) -> list[dict[str, Any]]:
     (folder / "drive.osc").write_text(SCENARIO)
     options = ["--connect", node, "--world", "empty", "--rate", "max", "--seed", "1", "-o", str(folder), *more]
@@ -36,10 +39,33 @@ def test_a_trace_has_the_poses_of_its_run(tmp_path: Path, mujoco_node: str) -> N
     assert main(["accept", str(tmp_path / "trace.jsonl"), str(tmp_path / "drive.osc")]) == 0
 
 
+def test_a_trace_has_the_scene_before_the_poses(tmp_path: Path, mujoco_node: str) -> None:
+    records = traced(tmp_path, mujoco_node)
+    [scene] = [record for record in records if record["kind"] == "scene"]
+    assert (scene["seq"], scene["world"], scene["entities"][0]["name"]) == (1, "empty", "turtlebot4")
+    assert scene["map"]["width"] > 10
+
+
+def test_a_run_leaves_a_recording(tmp_path: Path, mujoco_node: str) -> None:
+    pytest.importorskip("foxglove", reason="the extra `recording` is not installed")
+    reader = pytest.importorskip("mcap.reader")
+    traced(tmp_path, mujoco_node)
+    with (tmp_path / "recording.mcap").open("rb") as file:
+        summary = reader.make_reader(file).get_summary()
+    counts = {
+        channel.topic: summary.statistics.channel_message_counts.get(number, 0)
+        for number, channel in summary.channels.items()
+    }
+    assert (counts["/tf"], counts["/scene"], counts["/map"]) == (21, 1, 1)
+    traced(tmp_path, mujoco_node, "--poses", "0")
+    assert not (tmp_path / "recording.mcap").exists()
+
+
 def test_poses_change_nothing_else(tmp_path: Path, mujoco_node: str) -> None:
     def others(rate: str) -> list[dict[str, Any]]:
         records = traced(tmp_path, mujoco_node, "--poses", rate)
-        return [{**each, "seq": 0, "wall": ""} for each in records if each["kind"] != "poses"]
+        others = [each for each in records if each["kind"] not in ("scene", "poses")]
+        return [{name: value for name, value in each.items() if name not in STAMPS} for each in others]
 
     assert others("0") == others("25")
 

@@ -9,7 +9,7 @@ from seoro.bridges.wire.refusal import RequestRefused
 from sim_nodes import snapshots as going_ahead
 from sim_nodes import tracks
 from sim_nodes.__main__ import ENGINES
-from tests.sim_nodes.client import ROBOT, Client, pose
+from tests.sim_nodes.client import BOX, ROBOT, Client, pose
 from tests.sim_nodes.graph import differences
 
 on_both = pytest.mark.parametrize("engine", ENGINES)
@@ -65,6 +65,22 @@ def test_a_body_that_falls_beside_idle_robots_is_sampled() -> None:
     heights = [row[3] for row in rows(client.advance(0.4).tracks, "box")]
     assert len(heights) == 21
     assert heights == sorted(heights, reverse=True)
+
+
+def test_spawned_bodies_and_other_worlds_are_described() -> None:
+    client = Client("empty")
+    start(client)
+    client.advance(0.5)
+    client.spawn("box", pose(1.0, 0.5, z=0.2))
+    client.advance(1.0)
+    client.ask(wire.CHANGE_WORLD, wire.ChangeWorld(world="maze", robots={}))
+    samples = client.advance(1.5).tracks
+    [scene] = [sample.scene for sample in samples if sample.scene is not None]
+    assert (scene.world, scene.time) == ("maze", 1.0)
+    assert not any(sample.added for sample in samples)
+    client.spawn("ball", pose(0.5, 0.0, z=0.3), BOX)
+    [added] = [sample.added for sample in client.advance(2.0).tracks if sample.added]
+    assert [(each.name, each.kind, len(each.shapes)) for each in added] == [("ball", "object", 1)]
 
 
 def test_deleted_bodies_are_named_once() -> None:

@@ -89,7 +89,7 @@ CAPABILITIES: Mapping[type, tuple[wire.Verb[Any, Any], ...]] = {
     Faults: (wire.INJECT_FAULT, wire.CLEAR_FAULTS, wire.CANCEL_GOAL),
     Measuring: (wire.WATCH_MEASURE, wire.CANCEL_WATCH, wire.GET_MEASUREMENTS),
     Snapshots: (wire.SAVE_STATE, wire.RESTORE_STATE),
-    Tracks: (wire.START_TRACKS,),
+    Tracks: (wire.START_TRACKS, wire.GET_SCENE),
 }
 """Verbs of each capability, all of which a node must serve to have it."""
 COMMON = frozenset({wire.CANCEL_GOAL, wire.CANCEL_WATCH})  # served by every node with goals or watches

@@ -9,8 +9,9 @@ from struct import Struct
 from seoro.bridges import wire
 from seoro.bridges.sim.requests import Requests
 from seoro.bridges.sim.rules import ProtocolViolation
+from seoro.bridges.sim.scenes import plain_entity, scene_change
 from seoro.runtime.contracts.backends import WARNING
-from seoro.runtime.contracts.tracks import PoseSample, TrackReporter, Tracks
+from seoro.runtime.contracts.tracks import PoseSample, SceneChange, TrackReporter, Tracks
 
 _TOLERANCE = 1e-9  # [s]
 _POSES = Struct(f"<{wire.POSE_VALUES}d")
@@ -33,9 +34,12 @@ class TrackRequests(Requests):
 
     async def start_tracks(self, rate: float, report: TrackReporter) -> None:
         """See `Tracks`. Nodes that do not serve it report nothing."""
-        if self.serves(Tracks):
-            await self.ask(wire.START_TRACKS, wire.StartTracks(rate=rate))
-            self._report_sample = report
+        if not self.serves(Tracks):
+            return
+        scene = await self.ask(wire.GET_SCENE, wire.Empty())
+        await self.ask(wire.START_TRACKS, wire.StartTracks(rate=rate))
+        self._report_sample = report
+        report(scene_change(scene))
 
     def keep_samples(self, advanced: wire.Advanced) -> None:
         """Replace the samples that wait by those of a new answer."""
@@ -54,6 +58,10 @@ class TrackRequests(Requests):
         due = [sample for sample in self._samples if sample.time <= until + _TOLERANCE]
         self._samples = self._samples[len(due) :]
         for sample in due:
+            if sample.scene is not None:
+                self._report_sample(scene_change(sample.scene))
+            for entity in sample.added:
+                self._report_sample(SceneChange("entity", {"time": sample.time, "entity": plain_entity(entity)}))
             self._report_sample(self._decode(sample))
 
     def _decode(self, sample: wire.TrackSample) -> PoseSample:

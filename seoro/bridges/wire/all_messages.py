@@ -25,6 +25,7 @@ from seoro.bridges.wire.mobile import *
 from seoro.bridges.wire.outputs import *
 from seoro.bridges.wire.people import *
 from seoro.bridges.wire.results import *
+from seoro.bridges.wire.scene import *
 from seoro.bridges.wire.sensors import *
 from seoro.bridges.wire.simulator import *
 from seoro.bridges.wire.snapshots import *

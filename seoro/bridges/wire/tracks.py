@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from seoro.bridges.wire.message import Empty, Message, Verb
+from seoro.bridges.wire.scene import Scene, SceneEntity
 
 POSE_VALUES = 13  # of an entity: position, quaternion (x, y, z, w), linear and angular velocity
 BELIEVED_VALUES = 3  # of a robot: x, y, yaw
@@ -31,6 +32,8 @@ class TrackSample(Message):
     localised: tuple[str, ...] = ()
     believed: bytes = b""
     removed: tuple[str, ...] = ()  # entities that were deleted since the sample before
+    added: tuple[SceneEntity, ...] = ()  # entities that were spawned since then
+    scene: Scene | None = None  # another world since then
 
 
 START_TRACKS = Verb("start_tracks", StartTracks, Empty)

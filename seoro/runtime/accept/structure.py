@@ -33,6 +33,8 @@ _FIELDS: Final[dict[str, dict[str, Any]]] = {
     "instance": {"behavior": int, "instance": int, "of": str, "values": dict},
     "event": {"name": str, "arguments": dict},
     "variable": {"path": str, "of": int, "field": str},
+    "scene": {"time": _NUMBER, "shapes": list, "entities": list},
+    "entity": {"time": _NUMBER, "entity": dict},
     "poses": {"time": _NUMBER, "entities": dict},
 }
 

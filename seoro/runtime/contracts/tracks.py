@@ -26,8 +26,20 @@ class PoseSample(Value):
     removed: tuple[str, ...] = ()
 
 
-TrackReporter = Callable[[PoseSample], None]
-"""Callback for a sample; called on the event loop, between instants."""
+class SceneChange(Value):
+    """Another world, or an entity that was spawned.
+
+    Args:
+        kind: Kind of the record, `scene` or `entity`.
+        fields: Fields of the record, as JSON data: those of `wire.Scene`, or `time` and `entity`.
+    """
+
+    kind: str
+    fields: Mapping[str, object]
+
+
+TrackReporter = Callable[[PoseSample | SceneChange], None]
+"""Callback for a sample or a change of the scene; called on the event loop, between instants."""
 
 
 @runtime_checkable
@@ -35,12 +47,12 @@ class Tracks(Protocol):
     """A backend that reports poses."""
 
     async def start_tracks(self, rate: float, report: TrackReporter) -> None:
-        """Report poses until the end of the run.
+        """Report the present scene at once, then poses and changes of the scene until the end of the run.
 
         On a simulated clock, each sample is reported before the time of the run reaches it, or in the grant that
         does. Samples do not change the simulation.
 
         Args:
             rate: Samples per second of the run's clock [1/s]; above 0, at most 50.
-            report: Called with each sample.
+            report: Called with each of them.
         """

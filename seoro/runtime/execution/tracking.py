@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from seoro.runtime.contracts.backends import Backend
-from seoro.runtime.contracts.tracks import PoseSample, Tracks
+from seoro.runtime.contracts.tracks import PoseSample, SceneChange, Tracks
 from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.trace.records import Trace
 
@@ -22,7 +22,10 @@ async def start_tracking(backends: Sequence[Backend], rate: float, scheduler: Sc
         trace: The trace.
     """
 
-    def record(sample: PoseSample) -> None:
+    def record(sample: PoseSample | SceneChange) -> None:
+        if isinstance(sample, SceneChange):
+            scheduler.act_in_instant(partial(trace.record, sample.kind, **sample.fields), can_wait=True)
+            return
         fields: dict[str, Any] = {"time": sample.time, "entities": dict(sample.entities)}
         if sample.believed:
             fields["believed"] = dict(sample.believed)
