@@ -15,7 +15,7 @@ SIM ?= mujoco
 ROUNDS ?= 25
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all test-more test-ros2 chaos lint format goldens docs pictures editors bench experiment-localisation experiment-engines clean
+.PHONY: help install demo test test-all test-more test-ros2 chaos lint format goldens docs pictures ui editors bench experiment-localisation experiment-engines clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -89,6 +89,11 @@ docs: $(VENV)/.docs  ## build the documentation in build/docs; broken links and 
 
 pictures: $(VENV)/.dev  ## make the pictures of the documentation anew, in MuJoCo; review the difference
 	@$(BIN)/python docs/pictures.py
+
+ui:  ## build the pages of reports from ui/, with Node.js
+	@npm --prefix ui ci --no-audit --no-fund --omit-lockfile-registry-resolved
+	@npm --prefix ui run --silent check
+	@npm --prefix ui run --silent build
 
 editors:  ## install what the tests of the grammar for editors need, with Node.js
 	@npm --prefix editors/vscode install --no-package-lock --no-audit --no-fund

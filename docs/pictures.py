@@ -47,6 +47,26 @@ def plot(scenario: str, world: str) -> Callable[[Path], Path]:
     return draw
 
 
+def report(folder: Path) -> Path:
+    """Return a picture of the report of the obstacle scenario, at a time when the robot drives."""
+    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - for this picture only
+
+    run(folder, "scenarios/navigation/obstacle.osc", "maze")
+    _call(SEORO, "report", str(folder))
+    path = folder / "report.png"
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = chromium.new_page(viewport={"width": 1280, "height": 1060}, color_scheme="light")
+        page.goto((folder / "report.html").as_uri())
+        page.wait_for_function("document.documentElement.dataset.ready !== undefined")
+        page.get_by_label("Time in seconds").fill("18")
+        page.get_by_label("Time in seconds").press("Enter")
+        page.wait_for_timeout(500)  # the map is drawn
+        page.screenshot(path=path)
+        chromium.close()
+    return path
+
+
 def snapshot(folder: Path) -> Path:
     """Return the first picture of the camera scenario."""
     run(folder, "scenarios/cameras/snapshots.osc", "empty")
@@ -77,6 +97,7 @@ PICTURES: Final[Mapping[str, Callable[[Path], Path]]] = {
     "obstacle": plot("scenarios/navigation/obstacle.osc", "maze"),
     "two_robots": plot("scenarios/experiments/two_robots.osc", "hall"),
     "workshop": plot("examples/workshop/deliver.osc", "examples/workshop/workshop.yaml"),
+    "report": report,
     "snapshot": snapshot,
     "pick_and_place": pick_and_place,
     "localisation": localisation,

@@ -38,6 +38,7 @@ def add_result_arguments(parser: argparse.ArgumentParser) -> None:
         parser, "-o --output-dir DIR", "write the trace, test.xml, coverage.json and other results to this folder"
     )
     add_parquet_argument(parser)
+    add_option(parser, "--report", "also write report.html, a page that shows the run, to the output folder")
     add_option(parser, "--trace FILE", "write the trace (JSON Lines) to this file; - for stdout", type=str)
     add_option(parser, "-t --live-tree", "show a live tree of running behaviors")
     add_option(parser, "--junit FILE", "write the result as JUnit XML to this file")
@@ -98,6 +99,8 @@ class ResultFiles:
         """Check before the run that all results can be written."""
         options = self._options
         check_parquet(options)
+        if options.report and options.output_dir is None:
+            raise UsageError("`--report` needs an output folder", help="add `-o DIR`")
         if options.trace == STDOUT and options.json:
             raise UsageError("`--json` and `--trace -` both write to stdout", help="name a file for the trace")
         traces = {resolved(path) for path in self._trace_paths}
@@ -183,6 +186,8 @@ class ResultFiles:
             from seoro.runtime.trace.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load
 
             written += self._write_junit(junit([case_of(verdict, parameters, reason)]))
+        if folder and self._options.report:
+            written.append(_write_report(folder))
         return written
 
     @contextmanager
@@ -300,6 +305,16 @@ def silence(file: IO[str]) -> None:
     """
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), file.fileno())
+
+
+def _write_report(folder: Path) -> tuple[Path, str]:
+    """Write the report of a finished run, after all files that it shows."""
+    from seoro.report.page import REPORT, report_folder  # noqa: PLC0415 - for `--report` only
+
+    path = folder / REPORT
+    with write_errors(path):
+        report_folder(folder, path)
+    return path, "report of the run: open it in a browser"
 
 
 def _create(path: Path) -> FileIO:

@@ -54,6 +54,12 @@ class InvalidRecord:
 
 def read_trace(file: IO[bytes]) -> Iterator[Record | InvalidRecord]:
     """Yield the records of a trace in order, with an `InvalidRecord` for each invalid line."""
+    for _, found in read_lines(file):
+        yield found
+
+
+def read_lines(file: IO[bytes]) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
+    """Yield the lines of a trace, each with its record; empty lines are skipped."""
     number = 0
     while line := file.readline(MAX_LINE):
         number += 1
@@ -64,9 +70,9 @@ def read_trace(file: IO[bytes]) -> Iterator[Record | InvalidRecord]:
             continue
         found = _record(line)
         if isinstance(found, str):
-            yield InvalidRecord(number, found, is_cut=not has_end)
+            yield line, InvalidRecord(number, found, is_cut=not has_end)
         else:
-            yield found
+            yield line, found
 
 
 def _record(line: bytes) -> Record | str:

@@ -26,7 +26,7 @@ def test_tables_are_also_written_as_parquet() -> None:
         name="trajectories.csv", media_type="text/csv", description="poses", data=b"time,entity,x\n0.1,cart,\n"
     )
     other = table.model_copy(update={"name": "else.csv"})
-    options = Namespace(output_dir=Path("out"), trace=None, junit=None, parquet=True)
+    options = Namespace(output_dir=Path("out"), trace=None, junit=None, parquet=True, report=False)
     verdict = Verdict(RunStatus.PASSED, "", None, 1.0, 1.0, 0, "main", "wait.osc")
     written = ResultFiles(options).write(verdict, {}, "", [table, other])
     assert (Path("out/trajectories.parquet"), "poses, as Parquet") in written

@@ -24,6 +24,7 @@ RESULT_NAMES = frozenset(
         VIDEO,
         RECORDING,
         LAYOUT,
+        "report.html",
         "log.txt",
     }
 )

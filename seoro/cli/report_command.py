@@ -1,0 +1,94 @@
+"""`seoro report`: write a page that shows a recorded run."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from seoro.cli.arguments import add_option
+from seoro.cli.files import STDIN, write_errors
+from seoro.cli.results import check_writable
+from seoro.cli.trace_input import open_trace
+from seoro.errors import UsageError
+from seoro.files.inputs import resolved
+from seoro.report.folder import TRACE
+from seoro.report.page import REPORT, NoRecords, write_report
+from seoro.report.reading import Reading
+
+EXAMPLES = """examples:
+  seoro report out/
+  seoro report out/ -o obstacle.html
+  seoro report trace.jsonl
+  seoro exec maze.osc --trace - | seoro report - -o maze.html
+
+The report is one HTML file. A browser opens it without a network.
+
+exit status: 0, also for the truncated trace of a killed run; 2 if the trace is invalid"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "recorded", metavar="RUN", help="output folder of a run, or a trace (JSON Lines); - for stdin"
+    )
+    add_option(parser, "-o --output FILE", f"the report (default: {REPORT} beside the trace)")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run the command."""
+    trace, folder = _trace_of(options.recorded)
+    output: Path = options.output or Path(folder or ".", REPORT)
+    if trace != STDIN and resolved(output) == resolved(Path(trace)):
+        raise UsageError(f"the report would overwrite {trace}", help="choose another output")
+    reading = write_file(trace, folder, output)
+    print(f"wrote {output}, {output.stat().st_size / 1e6:.1f} MB: open it in a browser")
+    if reading.end is None:
+        print(f"warning: {trace} has no `run.end`: the run was killed, or is still active", file=sys.stderr)
+
+
+def write_file(trace: str, folder: Path | None, output: Path) -> Reading:
+    """Write a report.
+
+    Args:
+        trace: The trace; `-` is stdin.
+        folder: Folder with other results of the run; None for none.
+        output: The report.
+
+    Returns:
+        Data of the trace.
+
+    Raises:
+        UsageError: The trace cannot be read or is invalid, or the report cannot be written.
+    """
+    with open_trace(trace) as records:
+        check_writable(output)
+        part = output.with_name(f".{output.name}.part")  # a partial report could be mistaken for a complete one
+        try:
+            with write_errors(output), part.open("w", encoding="utf-8", newline="\n") as file:
+                reading = write_report(records, folder, file)
+            with write_errors(output):
+                part.replace(output)
+        except NoRecords as found:
+            raise UsageError(
+                f"invalid trace {trace}: {found}", help="`seoro exec --trace FILE` writes a trace"
+            ) from found
+        finally:
+            part.unlink(missing_ok=True)
+    return reading
+
+
+def _trace_of(name: str) -> tuple[str, Path | None]:
+    """Return the trace of a run, and the folder with its other results.
+
+    Raises:
+        UsageError: A folder has no trace.
+    """
+    path = Path(name)
+    if name == STDIN:
+        return name, None
+    if not path.is_dir():
+        return name, path.parent
+    if not (path / TRACE).is_file():
+        raise UsageError(f"no {TRACE} in the folder {name}", help="`seoro exec -o DIR` writes one")
+    return str(path / TRACE), path

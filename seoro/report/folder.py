@@ -1,0 +1,61 @@
+"""Files beside a trace that a report also shows."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Any, Final
+
+from seoro.files.inputs import Kind, open_input
+from seoro.report.reading import Reading
+
+TRACE: Final = "trace.jsonl"
+_MOST_ROWS: Final = 500_000  # of trajectories; the table of a run has at most 100,000
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read an object from a JSON file; empty if the file is missing or invalid."""
+    try:
+        with open_input(path, Kind.OUTPUT) as file:
+            found = json.load(file)
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def add_trajectories(path: Path, reading: Reading) -> None:
+    """Add the table of trajectories: errors of localisation, commands, and poses if the trace has none."""
+    needs_poses = reading.tracks.is_empty
+    try:
+        with open_input(path, Kind.OUTPUT) as file:
+            text = file.read().decode("utf-8", "replace")
+    except OSError:
+        return
+    for number, row in enumerate(csv.DictReader(text.splitlines())):
+        if number >= _MOST_ROWS:
+            return
+        entity, time, x, y = row.get("entity") or "", *(_number(row.get(key)) for key in ("time", "x", "y"))
+        if time is None or x is None or y is None:
+            continue
+        if needs_poses:
+            yaw = _number(row.get("yaw")) or 0.0
+            z = _number(row.get("z")) or 0.0
+            pose = {entity: [x, y, z, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]}
+            reading.tracks.poses({"time": time, "t": time, "entities": pose})
+        believed_x, believed_y = _number(row.get("believed_x")), _number(row.get("believed_y"))
+        if believed_x is not None and believed_y is not None:
+            error = math.hypot(x - believed_x, y - believed_y)
+            reading.series.add("entity", f"{entity}: error of the localisation", time, error, "m")
+        linear = _number(row.get("command_linear"))
+        if linear is not None:
+            reading.series.add("entity", f"{entity}: commanded speed", time, linear, "m/s")
+
+
+def _number(text: str | None) -> float | None:
+    try:
+        found = float(text or "")
+    except ValueError:
+        return None
+    return found if math.isfinite(found) else None

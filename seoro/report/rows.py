@@ -1,0 +1,142 @@
+"""Behaviors of a run as bars in rows: all executions of a behavior of the scenario share a row."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any, Final
+
+from seoro.report.columns import Packed, integers, reals, small
+from seoro.report.strings import NONE, Strings
+from seoro.traces.reader import Record
+
+_REPETITION: Final = re.compile(r"#\d+")
+STATUSES: Final = ("running", "succeeded", "failed", "cancelled")
+MOST_ROWS: Final = 100_000  # further ones share the row of their parent
+_LONGEST: Final = 2_000  # [characters] of a label
+
+
+@dataclass(frozen=True)
+class Row:
+    """Row of the timeline.
+
+    Args:
+        parent: Number of the row around it; -1 for none.
+        type: Type of the behavior.
+        name: Name of the behavior.
+        path: Path without numbers of repetitions.
+        source: Place of its start; empty if unknown.
+        source_end: Place of its end, `line:column`; empty if unknown.
+        node: Number in the static tree; -1 if unknown.
+    """
+
+    parent: int
+    type: str
+    name: str
+    path: str
+    source: str
+    source_end: str
+    node: int
+
+    def plain(self) -> list[Any]:
+        """Return the row as JSON data."""
+        return [self.parent, self.type, self.name, self.path, self.source, self.source_end, self.node]
+
+
+class Behaviors:
+    """All behaviors of a run.
+
+    Args:
+        strings: Table for the reasons.
+
+    Attributes:
+        rows: The rows, each after its parent.
+        omitted: Number of behaviors that share the row of their parent.
+    """
+
+    def __init__(self, strings: Strings) -> None:
+        self.rows: list[Row] = []
+        self.omitted = 0
+        self._strings = strings
+        self._numbers: dict[tuple[int, str], int] = {}  # of rows
+        self._running: dict[int, int] = {}  # by id: index in the columns
+        self._row = integers()
+        self._parent = integers()
+        self._start = reals()
+        self._end = reals()
+        self._status = small()
+        self._reason = integers()
+        self._start_seq = integers()
+        self._end_seq = integers()
+
+    def start(self, record: Record, seq: int) -> None:
+        """Add a behavior that starts."""
+        around = record.get("parent")
+        parent = self._running.get(around, NONE) if isinstance(around, int) else NONE
+        index = len(self._row)
+        self._row.append(self._row_of(record, NONE if parent == NONE else self._row[parent]))
+        self._parent.append(parent)
+        self._start.append(record["t"])
+        self._end.append(record["t"])
+        self._status.append(0)
+        self._reason.append(NONE)
+        self._start_seq.append(seq)
+        self._end_seq.append(NONE)
+        self._running[record["id"]] = index
+
+    def end(self, record: Record, seq: int) -> None:
+        """End a behavior; one that is not running is skipped."""
+        index = self._running.pop(record["id"], None)
+        if index is None:
+            return
+        status = record["status"]
+        self._end[index] = max(record["t"], self._start[index])
+        self._status[index] = STATUSES.index(status) if status in STATUSES else 0
+        self._reason[index] = self._strings.number(record.get("reason"))
+        self._end_seq[index] = seq
+
+    def close(self, time: float) -> None:
+        """End the bars of behaviors that are still running."""
+        for index in self._running.values():
+            self._end[index] = max(time, self._start[index])
+
+    def pack(self, packed: Packed) -> None:
+        """Append the columns."""
+        columns = ("row", self._row), ("parent", self._parent), ("start", self._start), ("end", self._end)
+        more = ("status", self._status), ("reason", self._reason)
+        packed.add_all("behaviors", [*columns, *more, ("startSeq", self._start_seq), ("endSeq", self._end_seq)])
+
+    def totals(self) -> list[Counter[str]]:
+        """Return how often the behaviors of each row ended with each status."""
+        found: list[Counter[str]] = [Counter() for _ in self.rows]
+        for row, status in zip(self._row, self._status, strict=True):
+            found[row][STATUSES[status]] += 1
+        return found
+
+    def _row_of(self, record: Record, parent: int) -> int:
+        path = record["path"]
+        if "#" in path:
+            path = _REPETITION.sub("", path)
+        key = (parent, path)
+        found = self._numbers.get(key)
+        if found is not None:
+            return found
+        if len(self.rows) >= MOST_ROWS:
+            self.omitted += 1
+            return max(parent, 0)
+        node = record.get("node")
+        end = record.get("source_end")
+        self._numbers[key] = len(self.rows)
+        self.rows.append(
+            Row(
+                parent,
+                record["type"],
+                record["name"][:_LONGEST],
+                path[:_LONGEST],
+                record["source"],
+                end if isinstance(end, str) else "",
+                node if isinstance(node, int) else NONE,
+            )
+        )
+        return len(self.rows) - 1

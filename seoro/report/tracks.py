@@ -1,0 +1,151 @@
+"""Poses of robots and movable bodies over time, planned paths and laser scans."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator
+from typing import Any, Final
+
+from seoro.report.columns import Packed, integers, reals, scaled
+from seoro.traces.reader import Record
+
+FIELDS: Final = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
+MOST_ENTITIES: Final = 2_000
+_POSE: Final = 7  # fields without velocities
+_POINTS: Final = 500_000  # of all paths, and of all scans
+
+
+class Track:
+    """Poses of one robot or body."""
+
+    def __init__(self) -> None:
+        self.times = reals()
+        self.columns: tuple[array[int], ...] = tuple(integers() for _ in FIELDS)
+
+    def add(self, time: float, values: list[Any]) -> None:
+        """Append a sample; missing velocities are 0."""
+        if self.times and time < self.times[-1]:
+            return  # a run that went back to a snapshot
+        self.times.append(time)
+        for index, column in enumerate(self.columns):
+            column.append(scaled(values[index]) if index < len(values) else 0)
+
+
+class _Lists:
+    """Lists of numbers with a time and an entity, such as planned paths."""
+
+    def __init__(self) -> None:
+        self.times = reals()
+        self.entities = integers()
+        self.ends = integers()
+        self.values = integers()
+
+    def add(self, time: float, entity: int, values: list[int]) -> bool:
+        """Append a list; False if there are too many points."""
+        if len(self.values) + len(values) > _POINTS:
+            return False
+        self.times.append(time)
+        self.entities.append(entity)
+        self.values.extend(values)
+        self.ends.append(len(self.values))
+        return True
+
+    def pack(self, packed: Packed, name: str) -> None:
+        columns = ("t", self.times), ("entity", self.entities), ("end", self.ends), ("value", self.values)
+        packed.add_all(name, columns)
+
+
+class Tracks:
+    """All tracks of a run.
+
+    Attributes:
+        omitted: Number of samples, paths and scans beyond the limits.
+    """
+
+    def __init__(self) -> None:
+        self.omitted = 0
+        self._names: dict[str, int] = {}
+        self._tracks: list[Track] = []
+        self._believed: dict[int, Track] = {}
+        self._paths = _Lists()
+        self._scans = _Lists()
+        self._beams: list[list[float]] = []
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether the trace has no poses."""
+        return not self._tracks
+
+    def poses(self, record: Record) -> None:
+        """Add a record `poses`; malformed parts are skipped."""
+        time = _time(record)
+        for name, values in _items(record, "entities"):
+            if isinstance(values, list) and len(values) >= _POSE and (number := self._number(name)) is not None:
+                self._tracks[number].add(time, values)
+        for name, values in _items(record, "believed"):
+            if isinstance(values, list) and len(values) == 3 and (number := self._number(name)) is not None:
+                self._believed.setdefault(number, Track()).add(time, [values[0], values[1], 0, 0, 0, values[2], 0])
+
+    def path(self, record: Record) -> None:
+        """Add a record `path`; malformed parts are skipped."""
+        number = self._number(str(record.get("entity")))
+        points = record.get("points")
+        if number is None or not isinstance(points, list):
+            return
+        flat = [scaled(value) for point in points if isinstance(point, list) for value in point[:2]]
+        self.omitted += not self._paths.add(_time(record), number, flat)
+
+    def scan(self, record: Record) -> None:
+        """Add a record `scan`; malformed parts are skipped."""
+        number = self._number(str(record.get("entity")))
+        ranges, pose = record.get("ranges"), record.get("pose")
+        if number is None or not isinstance(ranges, list) or not isinstance(pose, list) or len(pose) < _POSE:
+            return
+        first, step = record.get("angle_min"), record.get("angle_increment")
+        if not isinstance(first, int | float) or not isinstance(step, int | float):
+            return
+        values = [-1 if value is None else scaled(value) for value in ranges]
+        if self._scans.add(_time(record), number, values):
+            self._beams.append([*(float(value) for value in pose[:_POSE]), float(first), float(step)])
+        else:
+            self.omitted += 1
+
+    def pack(self, packed: Packed) -> Iterator[dict[str, Any]]:
+        """Append the columns, and yield the description of each entity."""
+        for name, number in self._names.items():
+            _pack(packed, f"track.{number}", self._tracks[number])
+            if number in self._believed:
+                _pack(packed, f"believed.{number}", self._believed[number])
+            yield {"name": name}
+        self._paths.pack(packed, "paths")
+        self._scans.pack(packed, "scans")
+
+    @property
+    def beams(self) -> list[list[float]]:
+        """Pose of the sensor, first angle and step of each scan."""
+        return self._beams
+
+    def _number(self, name: str) -> int | None:
+        found = self._names.get(name)
+        if found is None:
+            if len(self._names) >= MOST_ENTITIES:
+                self.omitted += 1
+                return None
+            found = self._names[name] = len(self._names)
+            self._tracks.append(Track())
+        return found
+
+
+def _pack(packed: Packed, prefix: str, track: Track) -> None:
+    packed.add_all(prefix, [("t", track.times), *zip(FIELDS, track.columns, strict=True)])
+
+
+def _time(record: Record) -> float:
+    time = record.get("time")
+    return float(time) if isinstance(time, int | float) else float(record["t"])
+
+
+def _items(record: Record, name: str) -> Iterator[tuple[str, Any]]:
+    found = record.get(name)
+    if isinstance(found, dict):
+        yield from found.items()

@@ -1,0 +1,90 @@
+"""A browser for reports."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import AsyncIterator, Awaitable, Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+
+from seoro.report.page import report_folder
+from tests.report.traces import records, write
+
+if TYPE_CHECKING:
+    from playwright.async_api import Browser, Page
+
+CHROMIUM = os.environ.get("SEORO_CHROMIUM") or shutil.which("chromium")
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def browser() -> AsyncIterator[Browser]:
+    if CHROMIUM is None or find_spec("playwright") is None:
+        pytest.skip("needs Chromium, such as `apt-get install chromium`, and the Python package playwright")
+    from playwright.async_api import async_playwright
+
+    async with async_playwright() as playwright:
+        browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        await browser.close()
+
+
+class Opened:
+    """A report in a browser.
+
+    Args:
+        page: The page.
+        problems: Errors of the page, and requests that left it.
+    """
+
+    def __init__(self, page: Page, problems: list[str]) -> None:
+        self.page = page
+        self.problems = problems
+
+    async def tab(self, name: str) -> str:
+        """Open a tab; returns its text."""
+        await self.page.get_by_role("tab", name=name, exact=True).click()
+        return await self.page.get_by_role("tabpanel").inner_text()
+
+    async def set_time(self, time: float) -> None:
+        field = self.page.get_by_label("Time in seconds")
+        await field.fill(str(time))
+        await field.press("Enter")
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def open_report(browser: Browser) -> AsyncIterator[Callable[..., Awaitable[Opened]]]:
+    opened: list[Page] = []
+
+    async def open_file(path: Path, *, width: int = 1280, dark: bool = False, script: bool = True) -> Opened:
+        page = await browser.new_page(
+            viewport={"width": width, "height": 800},
+            color_scheme="dark" if dark else "light",
+            java_script_enabled=script,
+        )
+        opened.append(page)
+        problems: list[str] = []
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
+        page.on("request", lambda request: None if request.url == path.as_uri() else problems.append(request.url))
+        await page.goto(path.as_uri())
+        if script:
+            await page.wait_for_function("document.documentElement.dataset.ready !== undefined")
+        return Opened(page, problems)
+
+    yield open_file
+    for page in opened:
+        await page.close()
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report of a run that fails."""
+    folder = tmp_path_factory.mktemp("out")
+    write(folder, records())
+    report_folder(folder, folder / "report.html")
+    return folder / "report.html"

@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import pytest
+
+from seoro.report.page import report_folder
+from tests.report.conftest import Opened
+from tests.report.traces import HOSTILE, REVERSED, records, write
+
+Open = Callable[..., Awaitable[Opened]]
+
+pytestmark = pytest.mark.asyncio(loop_scope="module")
+
+
+async def test_a_report_shows_verdict_source_world_and_causes(report: Path, open_report: Open) -> None:
+    opened = await open_report(report)
+    page = opened.page
+    header = await page.locator("header").inner_text()
+    assert "Failed" in header
+    assert "timeout: still running after 5 s main.osc:12" in header
+    assert "wait @go waiting since 2.000 s" in header
+    assert "seoro exec main.osc --scenario main --seed 7 --sim mujoco --world hall --rate max" in header
+    source = page.get_by_role("tabpanel")
+    assert (
+        "1 execution, 0 failed, 0 cancelled" in await source.get_by_text('log("begin")').locator("..").inner_text()
+    )
+    assert "never ran" in await source.get_by_text('log("never")').locator("..").inner_text()
+    tree = page.get_by_role("tree")
+    assert (await tree.get_by_role("treeitem").all_text_contents())[3:5] == [
+        "✓wait elapsed(2s), wait, succeeded",
+        "\N{EN DASH}wait @go, wait, cancelled",
+    ]
+
+    await opened.set_time(1.25)
+    assert (await page.locator(".poses tbody").inner_text()).split() == ["tb4", "1.25", "0.00", "0", "1.00"]
+    slider = page.get_by_label("Time of the run")
+    await slider.focus()
+    await slider.press("End")
+    assert (await page.locator(".poses tbody").inner_text()).split()[1] == "5.00"
+
+    await tree.focus()
+    for key in ("Home", "ArrowDown", "ArrowDown", "ArrowDown", "ArrowDown", "Enter"):
+        await tree.press(key)
+    await page.get_by_role("heading", name="2.000 s: wait started").wait_for()
+    assert (await page.locator(".causes").inner_text()).splitlines() == [
+        "2.000 s because wait succeeded after 2 s main.osc:8",
+        "0.000 s because wait started main.osc:8",
+        "0.000 s because log succeeded main.osc:7",
+        "0.000 s because log started main.osc:7",
+        "0.000 s because serial started main.osc:6",
+        "0.000 s because main started main.osc:4",
+        "0.000 s because The run of main started",
+    ]
+    assert opened.problems == []
+
+
+async def test_each_tab_is_read_back(report: Path, open_report: Open) -> None:
+    opened = await open_report(report)
+    page = opened.page
+    await opened.tab("Log")
+    await page.get_by_role("option").get_by_text("begin").wait_for()
+    await opened.tab("Records")
+    await page.get_by_role("option").get_by_text("The run of main started").wait_for()
+    await page.get_by_label("search").fill("count = 2")
+    await page.get_by_text("1 record", exact=True).wait_for()
+    assert "tb4: speed\n[m/s]\n1 m/s" in await opened.tab("Plots")
+    await opened.set_time(1)
+    assert "not changed yet" in await opened.tab("Values")
+    await opened.set_time(3)
+    assert "Variables at 3.000 s\ncount\t2" in await opened.tab("Values")
+    assert opened.problems == []
+
+
+async def test_hostile_texts_show_as_text(tmp_path: Path, open_report: Open) -> None:
+    label = HOSTILE + REVERSED + "x" * 10_000
+    write(tmp_path, records(label, log=label, robot=HOSTILE))
+    report_folder(tmp_path, tmp_path / "report.html")
+    opened = await open_report(tmp_path / "report.html", width=360)
+    page = opened.page
+    for name in ("Log", "Records", "Plots", "Values", "Source"):
+        await opened.tab(name)
+    assert await page.title() == f"Failed: {label}".replace("\u202e", "\ufffd").replace("\u2066", "\ufffd")
+    assert (await page.locator("h1").inner_text()).startswith(HOSTILE)
+    assert "⟨U+202E⟩" in await page.locator("h1").inner_text()
+    assert await page.locator("#app img, #app script").count() == 0
+    assert await page.evaluate("document.documentElement.scrollWidth") <= 360
+    assert opened.problems == []
+
+
+async def test_without_javascript_verdict_tree_and_log_are_readable(report: Path, open_report: Open) -> None:
+    opened = await open_report(report, script=False)
+    text = await opened.page.locator("main").inner_text()
+    assert "Failed: main" in text
+    assert "timeout: still running after 5 s (main.osc:12:9)" in text
+    assert "    wait (main.osc:9:9): 1 cancelled" in text
+    assert "0.000 s info: begin" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("width", [1280, 360])
+async def test_axe_finds_no_violations(report: Path, open_report: Open, dark: bool, width: int) -> None:
+    axe = pytest.importorskip("axe_playwright_python.base").AXE_FILE_PATH
+    opened = await open_report(report, dark=dark, width=width)
+    await opened.page.get_by_role("tree").press("Enter")
+    await opened.page.locator(".detail").wait_for()
+    await opened.page.evaluate(axe.read_text())
+    for name in ("Source", "Log", "Records", "Plots", "Values"):
+        await opened.tab(name)
+        found = await opened.page.evaluate("axe.run()")
+        assert [(rule["id"], rule["nodes"][0]["html"]) for rule in found["violations"]] == []

@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import shutil
+import struct
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from seoro.cli.main import main
+from seoro.report.blocks import without_wall
+from seoro.report.columns import Packed, integers, reals, small
+from seoro.report.page import NoRecords, write_report
+from seoro.report.reading import Reading
+from seoro.report.repeat import repeat_command
+from tests.report.traces import HOSTILE, REVERSED, records, write
+
+ROOT = Path(__file__).parents[2]
+UI = ROOT / "ui"
+STATIC = ROOT / "seoro/report/static"
+BUILT = ("report.js", "report.css", "LICENSES.txt", "source.txt")
+
+
+def test_built_pages_match_their_source() -> None:
+    """`make ui` builds them; the hash is that of `ui/build.mjs`."""
+    paths = sorted(
+        path.relative_to(UI).as_posix()
+        for path in UI.rglob("*")
+        if path.is_file() and "node_modules" not in path.relative_to(UI).parts
+    )
+    digest = hashlib.sha256()
+    for path in paths:
+        digest.update(f"{path}\0".encode() + (UI / path).read_bytes() + b"\0")
+    assert (STATIC / "source.txt").read_text().strip() == digest.hexdigest(), "run `make ui`"
+
+
+@pytest.mark.skipif(
+    shutil.which("node") is None or not (UI / "node_modules/esbuild").is_dir(),
+    reason="needs Node.js and `make ui`",
+)
+def test_building_again_gives_the_same_files(tmp_path: Path) -> None:
+    subprocess.run(["node", UI / "build.mjs", tmp_path], check=True)
+    for name in BUILT:
+        assert (tmp_path / name).read_bytes() == (STATIC / name).read_bytes(), f"run `make ui`: {name} differs"
+
+
+def test_built_pages_name_no_host_and_close_no_script() -> None:
+    script = (STATIC / "report.js").read_text()
+    assert "</script" not in script.lower()
+    assert "</style" not in (STATIC / "report.css").read_text().lower()
+    assert "resolved" not in (UI / "package-lock.json").read_text()
+
+
+def test_columns_are_differences_in_planes() -> None:
+    packed = Packed()
+    packed.add("a", integers([5, 7, 4]))
+    packed.add("b", reals([1.5]))
+    packed.add("c", small([3, 4]))
+    assert packed.layout == {"a": ("i4", 3), "b": ("f8", 1), "c": ("u1", 2)}
+    planes = bytes(packed.data)
+    rows = zip(*(planes[index * 3 : index * 3 + 3] for index in range(4)), strict=True)
+    assert [struct.unpack("<i", bytes(row))[0] for row in rows] == [5, 2, -3]
+    assert planes[12:] == struct.pack("<d", 1.5) + b"\x03\x04"
+
+
+def test_executions_of_a_behavior_share_a_row() -> None:
+    reading = Reading()
+    start = {"kind": "behavior.start", "t": 0, "type": "wait", "name": "wait", "source": "", "parent": None}
+    lines = [{**start, "id": number, "path": f"main/serial[0]#{number}/wait[0]"} for number in range(3)]
+    reading.read(io.BytesIO("\n".join(map(json.dumps, lines)).encode()))
+    assert [(row.path, row.name) for row in reading.behaviors.rows] == [("main/serial[0]/wait[0]", "wait")]
+    assert reading.behaviors.totals()[0] == {"running": 3}
+
+
+def test_hostile_texts_are_escaped() -> None:
+    output = io.StringIO()
+    found = records(HOSTILE, log=HOSTILE + REVERSED, robot=HOSTILE)
+    write_report(io.BytesIO("\n".join(map(json.dumps, found)).encode()), None, output)
+    page = output.getvalue()
+    assert "<img" not in page
+    assert "\u202e" not in page
+    assert page.count("<script>") == 1
+    assert "default-src 'none'; script-src 'sha256-" in page
+
+
+def test_wall_times_are_left_out_of_records() -> None:
+    assert (
+        without_wall(b'{"seq": 1, "t": 0.5, "wall": "2026", "kind": "log"}')
+        == b'{"seq": 1, "t": 0.5, "kind": "log"}'
+    )
+    assert without_wall(b'{"seq": 1, "t": 0.5}') == b'{"seq": 1, "t": 0.5}'
+
+
+def test_a_report_needs_records() -> None:
+    with pytest.raises(NoRecords, match="line 1: invalid JSON"):
+        write_report(io.BytesIO(b"nonsense\n"), None, io.StringIO())
+
+
+def test_the_command_repeats_parameters_and_constraints() -> None:
+    start = {"file": "a b.osc", "scenario": "main", "seed": 3, "clock": "virtual", "overrides": {"n": "2"}}
+    found = repeat_command({**start, "constraints": ["n > 1"]}, {})
+    assert found == "seoro exec 'a b.osc' --scenario main --seed 3 --clock virtual --set n=2 --constrain 'n > 1'"
+
+
+def test_seoro_report_writes_beside_the_trace(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(tmp_path, records())
+    assert main(["report", str(tmp_path)]) == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path}/report.html, 0.1 MB: open it in a browser\n"
+    assert (tmp_path / "report.html").stat().st_size < 1_000_000
+
+
+def test_a_killed_run_has_a_report_with_a_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    trace = tmp_path / "killed.jsonl"
+    trace.write_text("\n".join(map(json.dumps, records()[:-5])) + '\n{"seq"')
+    assert main(["report", str(trace), "-o", str(tmp_path / "r.html")]) == 0
+    assert "no `run.end`" in capsys.readouterr().err
+    assert "Not ended: main" in (tmp_path / "r.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["folder"], "no trace.jsonl in the folder folder"),
+        (["missing.jsonl"], "cannot read the trace missing.jsonl: No such file or directory"),
+        (["bad.jsonl"], "invalid trace bad.jsonl: line 1: invalid JSON"),
+        (["bad.jsonl", "-o", "bad.jsonl"], "the report would overwrite bad.jsonl"),
+        (["bad.jsonl", "-o", "folder"], "cannot write folder: is a folder"),
+    ],
+)
+def test_refusals(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("folder").mkdir()
+    Path("bad.jsonl").write_text("nonsense\n")
+    assert main(["report", *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.jsonl", "folder"]
+
+
+def test_exec_writes_a_report_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("wait.osc").write_text("import osc.types\n\nscenario main:\n    do wait elapsed(1s)\n")
+    assert main(["exec", "wait.osc", "--clock", "virtual", "--report"]) == 2
+    assert main(["exec", "wait.osc", "--clock", "virtual", "--report", "-o", "out"]) == 0
+    assert "Passed: main" in Path("out/report.html").read_text()
+    assert main(["exec", "wait.osc", "--clock", "virtual", "-o", "out"]) == 0
+    assert not Path("out/report.html").exists()

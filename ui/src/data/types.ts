@@ -1,0 +1,171 @@
+// Data of a run, as `seoro/report/page.py` writes it.
+
+/** A value of JSON. */
+export type Json = null | boolean | number | string | Json[] | { [name: string]: Json };
+
+/** A record of the trace. */
+export interface TraceRecord {
+  seq: number;
+  t: number;
+  kind: string;
+  [field: string]: Json | undefined;
+}
+
+export interface RunStart extends TraceRecord {
+  scenario: string;
+  file: string;
+  seed?: number;
+  clock?: string;
+  version?: string;
+  parameters?: { [name: string]: Json };
+  overrides?: { [name: string]: Json };
+  robots?: Json;
+}
+
+export interface Value {
+  text: string;
+  value?: Json;
+  unit?: string;
+  shown?: string;
+  error?: string;
+}
+
+export interface Emitter {
+  text: string;
+  source: string;
+  last: number | null;
+  after?: { text: string; source: string; path: string } | null;
+}
+
+export interface Activity {
+  kind: string;
+  text: string;
+  source: string;
+  path: string;
+  since: number;
+  due: number | null;
+  values?: Value[];
+  event?: string;
+  emitters?: Emitter[];
+}
+
+export interface Explanation {
+  t: number;
+  path: string;
+  values?: Value[];
+  activities?: Activity[];
+  more?: number;
+}
+
+export interface RunEnd {
+  t: number;
+  status: string;
+  reason: string;
+  source?: string;
+  explanation?: Explanation | null;
+  duration?: number;
+  margin?: number | null;
+  unobserved?: string[];
+}
+
+export interface SourceFile {
+  name: string;
+  sha256?: string;
+  text?: string;
+  library?: boolean;
+}
+
+export interface StaticBehavior {
+  id: number;
+  parent: number | null;
+  scenario: string;
+  type: string;
+  name: string;
+  source: string;
+  source_end?: string;
+}
+
+export type Numbers7 = [number, number, number, number, number, number, number];
+
+export interface Shape {
+  entity?: string;
+  kind: string;
+  pose: number[];
+  size: number[];
+  color?: string;
+}
+
+export interface SceneEntity {
+  name: string;
+  kind?: string;
+  model?: string;
+  real?: boolean;
+  footprint?: [number, number][];
+  height?: number;
+  shapes?: Shape[];
+}
+
+export interface GridMap {
+  resolution: number;
+  origin: [number, number, number];
+  width: number;
+  height: number;
+  data: string;
+}
+
+export interface Scene {
+  world?: string | null;
+  simulator?: string | null;
+  extent?: [number, number, number, number];
+  shapes?: Shape[];
+  entities?: SceneEntity[];
+  map?: GridMap;
+  places?: { name: string; pose: [number, number, number] }[];
+}
+
+/** Row of the timeline: parent, type, name, path, source, end of the source, number in the static tree. */
+export type RowData = [number, string, string, string, string, string, number];
+
+export interface SeriesData {
+  kind: string;
+  name: string;
+  unit: string;
+}
+
+export interface CoverageItem {
+  item: string;
+  kind: string;
+  unit?: string;
+  text?: string;
+  target?: number;
+  buckets: { [name: string]: number };
+  total: number;
+  grade: number;
+}
+
+export interface Meta {
+  start: RunStart | null;
+  end: RunEnd | null;
+  scene: Scene | null;
+  sources: SourceFile[];
+  tree: StaticBehavior[];
+  time: number;
+  count: number;
+  kinds: string[];
+  counts: { [kind: string]: number };
+  statuses: string[];
+  step: number;
+  rows: RowData[];
+  strings: string[];
+  entities: { name: string }[];
+  beams: number[][];
+  series: SeriesData[];
+  blocks: [number, number, number][];
+  layout: { [name: string]: [string, number] };
+  margins: TraceRecord[];
+  samples: TraceRecord[];
+  notes: string[];
+  command: string;
+  measurements: { [name: string]: Json };
+  coverage: { coverage?: CoverageItem[] };
+}

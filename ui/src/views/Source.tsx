@@ -1,0 +1,145 @@
+// The scenario with what ran, what failed and what never ran.
+import { useEffect, useMemo, useState } from "preact/hooks";
+import { lineOf, type Row, type RunModel } from "../data/model";
+import { useCell } from "../state";
+import { clip, plain, plural } from "../text";
+import type { ViewProps } from "./App";
+import { VirtualList } from "./VirtualList";
+
+const LONGEST = 2_000; // characters of a line
+
+export function Source({ run, state }: ViewProps) {
+  const files = useMemo(() => run.meta.sources.filter((source) => typeof source.text === "string"), [run]);
+  const byFile = useMemo(() => rowsByLine(run), [run]);
+  const place = useCell(state.place);
+  const time = useCell(state.time);
+  const [name, setName] = useState(files[0]?.name ?? "");
+  const [focus, setFocus] = useState(-1);
+  useEffect(() => {
+    const [file, line] = lineOf(place);
+    if (line === 0 || !files.some((source) => source.name === file)) return;
+    setName(file);
+    setFocus(line - 1);
+  }, [place, files]);
+  const file = files.find((source) => source.name === name);
+  const lines = useMemo(() => file?.text?.split("\n") ?? [], [file]);
+  if (file === undefined) return <NoSource run={run} place={place} />;
+  const rows = byFile.get(name) ?? new Map<number, Row[]>();
+  const [failed, failedLine] = lineOf(run.meta.end?.source ?? "");
+  const choose = (index: number) => {
+    for (const row of rows.get(index + 1) ?? []) {
+      const found = run.runAt(row, time);
+      const shown = found >= 0 ? found : row.runs[0];
+      if (shown !== undefined) state.choose(run.behaviors.startSeq[shown]!, run.behaviors.start[shown]!);
+    }
+  };
+  return (
+    <div class="source">
+      {files.length > 1 && (
+        <div class="tools">
+          <label>
+            <span class="name">file</span>{" "}
+            <select value={name} onChange={(event) => setName(event.currentTarget.value)}>
+              {files.map((source) => (
+                <option key={source.name}>{source.name}</option>
+              ))}
+            </select>
+          </label>
+        </div>
+      )}
+      <Legend />
+      <VirtualList
+        count={lines.length}
+        label="Source"
+        focus={focus}
+        wide
+        onChoose={choose}
+        line={(index) => (
+          <SourceLine
+            run={run}
+            text={lines[index]!}
+            number={index + 1}
+            rows={rows.get(index + 1) ?? []}
+            time={time}
+            isVerdict={failed === name && failedLine === index + 1}
+          />
+        )}
+      />
+    </div>
+  );
+}
+
+function Legend() {
+  return (
+    <p class="legend">
+      <span class="mark succeeded">✓</span> ran <span class="mark failed">✗</span> failed{" "}
+      <span class="mark cancelled">–</span> cancelled <span class="mark never">○</span> never ran{" "}
+      <span class="swatch" aria-hidden="true" /> running at this time
+    </p>
+  );
+}
+
+interface LineProps {
+  run: RunModel;
+  text: string;
+  number: number;
+  rows: Row[];
+  time: number;
+  isVerdict: boolean;
+}
+
+function SourceLine({ run, text, number, rows, time, isVerdict }: LineProps) {
+  const [mark, status, words] = markOf(rows, isVerdict);
+  const isRunning = rows.some((row) => {
+    const index = run.runAt(row, time);
+    return index >= 0 && run.behaviors.end[index]! > time;
+  });
+  return (
+    <span class={`code ${status} ${isRunning ? "running-now" : ""} ${isVerdict ? "verdict-line" : ""}`} title={words}>
+      <span class="number">{number}</span>
+      <span class={`mark ${status}`}>
+        <span aria-hidden="true">{mark}</span>
+        <span class="hidden">{words}</span>
+      </span>
+      <span class="text">{clip(plain(text), LONGEST)}</span>
+    </span>
+  );
+}
+
+function markOf(rows: Row[], isVerdict: boolean): [mark: string, status: string, words: string] {
+  if (rows.length === 0) return isVerdict ? ["✗", "failed", "decided the verdict"] : ["", "", ""];
+  const [running, succeeded, failed, cancelled] = [0, 1, 2, 3].map((status) =>
+    rows.reduce((sum, row) => sum + row.counts[status as 0 | 1 | 2 | 3], 0),
+  ) as [number, number, number, number];
+  const total = running + succeeded + failed + cancelled;
+  const words = total === 0 ? "never ran" : `${plural(total, "execution")}, ${failed} failed, ${cancelled} cancelled`;
+  if (total === 0) return ["○", "never", words];
+  if (failed > 0) return ["✗", "failed", words];
+  if (succeeded > 0) return ["✓", "succeeded", words];
+  return cancelled > 0 ? ["–", "cancelled", words] : ["▶", "running", words];
+}
+
+/** Rows of behaviors by file and line of their start. */
+function rowsByLine(run: RunModel): Map<string, Map<number, Row[]>> {
+  const found = new Map<string, Map<number, Row[]>>();
+  for (const row of run.rows) {
+    const [file, line] = lineOf(row.source);
+    if (line === 0) continue;
+    let lines = found.get(file);
+    if (lines === undefined) found.set(file, (lines = new Map()));
+    const others = lines.get(line);
+    if (others === undefined) lines.set(line, [row]);
+    else others.push(row);
+  }
+  return found;
+}
+
+function NoSource({ run, place }: { run: RunModel; place: string }) {
+  return (
+    <div class="empty">
+      <p>The trace has no text of the scenario. Traces of seoro have it since format 1.1.</p>
+      {place !== "" && <p>The place is {plain(place)}.</p>}
+      {run.meta.start?.file && <p>The scenario is {plain(run.meta.start.file)}.</p>}
+    </div>
+  );
+}

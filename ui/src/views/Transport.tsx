@@ -1,0 +1,107 @@
+// The time that all views show: slider, play, steps.
+import { useEffect, useState } from "preact/hooks";
+import type { RunModel } from "../data/model";
+import { type PageState, useCell } from "../state";
+import { seconds } from "../text";
+import type { ViewProps } from "./App";
+
+const RATES = [0.1, 0.5, 1, 2, 5, 10, 50];
+const STEPS = 10_000; // of the slider
+
+export function Transport({ run, state }: ViewProps) {
+  const time = useCell(state.time);
+  const isPlaying = useCell(state.isPlaying);
+  const rate = useCell(state.rate);
+  const end = run.end || 1;
+  const set = (value: number) => {
+    state.time.value = Math.max(0, Math.min(run.end, value));
+  };
+  return (
+    <section class="panel transport" aria-label="Time">
+      <button type="button" aria-label={isPlaying ? "Pause" : "Play"} onClick={() => togglePlaying(run, state)}>
+        <span aria-hidden="true">{isPlaying ? "❚❚" : "▶"}</span>
+      </button>
+      <input
+        type="range"
+        id="time"
+        aria-label="Time of the run"
+        aria-valuetext={seconds(time)}
+        min={0}
+        max={STEPS}
+        step={1}
+        value={Math.round((time / end) * STEPS)}
+        onInput={(event) => set((Number(event.currentTarget.value) / STEPS) * end)}
+      />
+      <TimeField time={time} set={set} />
+      <label class="rate">
+        <span class="name">rate</span>
+        <select value={String(rate)} onChange={(event) => (state.rate.value = Number(event.currentTarget.value))}>
+          {RATES.map((value) => (
+            <option key={value} value={String(value)}>
+              {value}×
+            </option>
+          ))}
+        </select>
+      </label>
+    </section>
+  );
+}
+
+function TimeField({ time, set }: { time: number; set: (value: number) => void }) {
+  const [text, setText] = useState<string | null>(null);
+  useEffect(() => setText(null), [time]);
+  const commit = () => {
+    const value = Number.parseFloat(text ?? "");
+    if (Number.isFinite(value)) set(value);
+    setText(null);
+  };
+  return (
+    <label class="now">
+      <input
+        inputMode="decimal"
+        aria-label="Time in seconds"
+        value={text ?? time.toFixed(3)}
+        onInput={(event) => setText(event.currentTarget.value)}
+        onBlur={() => text !== null && commit()}
+        onKeyDown={(event) => event.key === "Enter" && commit()}
+      />{" "}
+      s
+    </label>
+  );
+}
+
+export function togglePlaying(run: RunModel, state: PageState): void {
+  if (!state.isPlaying.value && state.time.value >= run.end) state.time.value = 0;
+  state.isPlaying.value = !state.isPlaying.value;
+}
+
+/** Advance the time while the page plays; keys of the page. Returns a function that stops this. */
+export function startPlaying(run: RunModel, state: PageState): () => void {
+  let last = 0;
+  let frame = 0;
+  const step = (now: number) => {
+    const passed = Math.min((now - last) / 1000, 0.1) * state.rate.value;
+    last = now;
+    state.time.value = Math.min(run.end, state.time.value + passed);
+    if (state.time.value >= run.end) state.isPlaying.value = false;
+    if (state.isPlaying.value) frame = requestAnimationFrame(step);
+  };
+  const stop = state.isPlaying.subscribe((isPlaying) => {
+    cancelAnimationFrame(frame);
+    last = performance.now();
+    if (isPlaying) frame = requestAnimationFrame(step);
+  });
+  const onKey = (event: KeyboardEvent) => {
+    const target = event.target as HTMLElement;
+    const isControl = target.closest("button, input, select, textarea, [role=tab], a") !== null;
+    if (event.key !== " " || isControl || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    togglePlaying(run, state);
+  };
+  document.addEventListener("keydown", onKey);
+  return () => {
+    stop();
+    cancelAnimationFrame(frame);
+    document.removeEventListener("keydown", onKey);
+  };
+}

@@ -1,0 +1,189 @@
+// The world from above, at the time that the page shows.
+import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import type { RunModel } from "../data/model";
+import { after } from "../data/unpack";
+import { onThemeChange, prepare, theme } from "../draw/theme";
+import { drawEntity, drawStill, drawWay, extentOf, fit, mapPicture, screen, type View } from "../draw/world";
+import { useCell } from "../state";
+import { clip, plain, plural } from "../text";
+import type { ViewProps } from "./App";
+
+const MOST_LISTED = 40;
+
+export function World({ run, state }: ViewProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [size, setSize] = useState<[number, number]>([0, 0]);
+  const [view, setView] = useState<View | null>(null);
+  const [map, setMap] = useState<HTMLCanvasElement | null>(null);
+  const [themeCount, setThemeCount] = useState(0);
+  const extent = useMemo(() => extentOf(run), [run]);
+  const still = useMemo(() => document.createElement("canvas"), []);
+
+  useLayoutEffect(() => {
+    const box = canvas.current!.parentElement!;
+    const observer = new ResizeObserver(() => setSize([box.clientWidth, box.clientHeight]));
+    observer.observe(box);
+    return () => observer.disconnect();
+  }, []);
+  useEffect(() => onThemeChange(() => setThemeCount((count) => count + 1)), []);
+  useEffect(() => {
+    if (run.meta.scene?.map) void mapPicture(run.meta.scene.map, theme()).then(setMap);
+  }, [run, themeCount]);
+  const shown = useMemo(
+    () => (view === null ? fit(size[0], size[1], extent) : { ...view, width: size[0], height: size[1] }),
+    [view, size, extent],
+  );
+  useEffect(() => {
+    if (size[0] === 0) return;
+    const colours = theme();
+    const context = prepare(still, size[0], size[1]);
+    context.font = colours.font;
+    drawStill(context, run, shown, map, colours);
+    run.tracks.tracks.forEach((track, index) => {
+      context.globalAlpha = 0.35;
+      context.lineWidth = 1.5;
+      context.strokeStyle = colours.entities[index % colours.entities.length]!;
+      drawWay(context, shown, track, 0, track.times.length);
+      context.globalAlpha = 1;
+    });
+    const draw = () => drawMoving(canvas.current!, still, run, shown, state.time.value);
+    draw();
+    return state.time.subscribe(draw);
+  }, [run, state, shown, map, themeCount]);
+
+  const zoom = (factor: number) => setView({ ...shown, scale: shown.scale * factor });
+  const shift = (x: number, y: number) =>
+    setView({ ...shown, x: shown.x + x / shown.scale, y: shown.y + y / shown.scale });
+  const onKey = (event: KeyboardEvent) => {
+    const keys: Record<string, () => void> = {
+      ArrowLeft: () => shift(-40, 0),
+      ArrowRight: () => shift(40, 0),
+      ArrowUp: () => shift(0, 40),
+      ArrowDown: () => shift(0, -40),
+      "+": () => zoom(1.4),
+      "-": () => zoom(1 / 1.4),
+      "0": () => setView(null),
+    };
+    const action = keys[event.key];
+    if (action === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    action();
+  };
+  return (
+    <section class="panel world" aria-label="World from above">
+      <div class="head">
+        <h2>World</h2>
+        <span class="count">{clip(plain(run.meta.scene?.world ?? ""), 60)}</span>
+        <div class="buttons">
+          <button type="button" aria-label="Zoom into the world" onClick={() => zoom(1.4)}>
+            +
+          </button>
+          <button type="button" aria-label="Zoom out of the world" onClick={() => zoom(1 / 1.4)}>
+            −
+          </button>
+          <button type="button" onClick={() => setView(null)}>
+            Fit
+          </button>
+        </div>
+      </div>
+      <div class="picture">
+        <canvas
+          ref={canvas}
+          tabIndex={0}
+          role="img"
+          aria-label="World from above. Arrows move the picture, + and − zoom, 0 fits. The poses are listed below."
+          onKeyDown={onKey}
+          onPointerDown={(event) => event.currentTarget.setPointerCapture(event.pointerId)}
+          onPointerMove={(event) => event.buttons === 1 && shift(-event.movementX, event.movementY)}
+          onWheel={(event) => {
+            if (!event.ctrlKey) return;
+            event.preventDefault();
+            zoom(event.deltaY > 0 ? 0.85 : 1.18);
+          }}
+        />
+      </div>
+      <Poses run={run} state={state} />
+    </section>
+  );
+}
+
+function drawMoving(canvas: HTMLCanvasElement, still: HTMLCanvasElement, run: RunModel, view: View, time: number): void {
+  const colours = theme();
+  const context = prepare(canvas, view.width, view.height);
+  context.drawImage(still, 0, 0, view.width, view.height);
+  context.font = colours.font;
+  context.textBaseline = "middle";
+  run.tracks.tracks.forEach((track, index) => {
+    const pose = track.at(time);
+    if (pose === null) return;
+    const colour = colours.entities[index % colours.entities.length]!;
+    context.strokeStyle = colour;
+    context.lineWidth = 3;
+    drawWay(context, view, track, 0, after(track.times, time));
+    context.lineWidth = 2;
+    context.setLineDash([6, 5]);
+    context.beginPath();
+    run.tracks.path(index, time).forEach(([x, y], at) => context[at === 0 ? "moveTo" : "lineTo"](...screen(view, x, y)));
+    context.stroke();
+    context.setLineDash([]);
+    const believed = run.tracks.believed[index]?.at(time);
+    if (believed) {
+      const [x, y] = screen(view, believed.x, believed.y);
+      context.strokeStyle = colours.text;
+      context.lineWidth = 1.5;
+      context.strokeRect(x - 5, y - 5, 10, 10);
+    }
+  });
+  run.tracks.tracks.forEach((track, index) => {
+    const pose = track.at(time);
+    if (pose !== null) drawEntity(context, view, track, pose, colours.entities[index % colours.entities.length]!, colours);
+  });
+}
+
+/** The poses as a table: what the picture shows, for everyone. */
+function Poses({ run, state }: { run: RunModel; state: ViewProps["state"] }) {
+  const time = useCell(state.time);
+  const tracks = run.tracks.tracks.slice(0, MOST_LISTED);
+  if (run.tracks.isEmpty) return <p class="empty">The trace has no poses.</p>;
+  return (
+    <div class="poses scrolls" tabIndex={0} role="region" aria-label="Poses">
+      <table>
+        <thead>
+          <tr>
+            <th scope="col">name</th>
+            <th scope="col">x [m]</th>
+            <th scope="col">y [m]</th>
+            <th scope="col">yaw [°]</th>
+            <th scope="col">speed [m/s]</th>
+          </tr>
+        </thead>
+        <tbody>
+          {tracks.map((track, index) => {
+            const pose = track.at(time);
+            return (
+              <tr key={track.name}>
+                <th scope="row">
+                  <span class={`dot entity-${(index % 7) + 1}`} aria-hidden="true" /> <bdi>{clip(plain(track.name), 60)}</bdi>
+                  {track.scene?.real === true && <span class="real"> real</span>}
+                </th>
+                {pose === null ? (
+                  <td colSpan={4}>not there yet</td>
+                ) : (
+                  <>
+                    <td>{pose.x.toFixed(2)}</td>
+                    <td>{pose.y.toFixed(2)}</td>
+                    <td>{((pose.yaw * 180) / Math.PI).toFixed(0)}</td>
+                    <td>{pose.speed.toFixed(2)}</td>
+                  </>
+                )}
+              </tr>
+            );
+          })}
+        </tbody>
+      </table>
+      {run.tracks.tracks.length > MOST_LISTED && (
+        <p>{plural(run.tracks.tracks.length - MOST_LISTED, "further entity", "further entities")}</p>
+      )}
+    </div>
+  );
+}
