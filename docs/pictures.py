@@ -58,7 +58,7 @@ def report(folder: Path) -> Path:
         chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = chromium.new_page(viewport={"width": 1280, "height": 1060}, color_scheme="light")
         page.goto((folder / "report.html").as_uri())
-        page.wait_for_function("document.documentElement.dataset.ready !== undefined")
+        page.locator("html[data-ready]").wait_for(state="attached")
         page.get_by_label("Time in seconds").fill("18")
         page.get_by_label("Time in seconds").press("Enter")
         page.wait_for_timeout(500)  # the map is drawn

@@ -73,7 +73,7 @@ async def open_report(browser: Browser) -> AsyncIterator[Callable[..., Awaitable
         page.on("request", lambda request: None if request.url == path.as_uri() else problems.append(request.url))
         await page.goto(path.as_uri())
         if script:
-            await page.wait_for_function("document.documentElement.dataset.ready !== undefined")
+            await page.locator("html[data-ready]").wait_for(state="attached")
         return Opened(page, problems)
 
     yield open_file

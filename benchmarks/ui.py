@@ -1,0 +1,142 @@
+"""Cost of reports: size, time and memory to write one, time to open it, frames while the time moves.
+
+    python benchmarks/ui.py [--records N]
+
+Needs Chromium and playwright. Prints a table for the demo-sized trace and for one of a million records.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import json
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, sync_playwright
+
+STATIC = Path(__file__).parents[1] / "seoro/report/static"
+WRITE = "import sys; from seoro.cli.main import main; sys.exit(main(sys.argv[1:]))"
+FRAMES = """
+async () => {
+  const slider = document.getElementById("time");
+  const gaps = [];
+  let last = await new Promise(requestAnimationFrame);
+  for (let step = 1; step <= 200; step++) {
+    slider.value = String(50 * step);
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    const now = await new Promise(requestAnimationFrame);
+    gaps.push(now - last);
+    last = now;
+  }
+  return gaps.sort((a, b) => a - b)[189];
+}
+"""
+
+
+def records(count: int) -> Iterator[dict[str, Any]]:
+    """Yield the records of a run that repeats ten behaviors and counts, with causes and poses of two robots."""
+    start = {
+        "scenario": "main",
+        "file": "main.osc",
+        "seed": 1,
+        "parameters": {},
+        "overrides": {},
+        "clock": "virtual",
+    }
+    sources = [{"name": "main.osc", "sha256": "0", "text": "scenario main:\n" + "    wait elapsed(1s)\n" * 20}]
+    yield {"seq": 0, "t": 0.0, "kind": "run.start", **start, "sources": sources, "tree": [], "format": "1.1"}
+    seq, number, time_, round_ = 0, 0, 0.0, 0
+    while seq < count - 2:
+        round_ += 1
+        for member in range(10):
+            time_ = round(time_ + 0.01, 6)
+            seq += 1
+            name = f"robot.drive_{member}"
+            path = f"main/serial[0]#{round_}/{name}[{member}]"
+            place = {"source": f"main.osc:{member + 2}:5", "source_end": f"{member + 2}:21", "parent": None}
+            common = {"id": number, "type": "action", "name": name, "path": path, **place, "cause": seq - 1}
+            yield {"seq": seq, "t": time_, "wall": WALL, "kind": "behavior.start", **common}
+            seq += 1
+            value = {"path": f"count_{member}", "value": round_, "of": 0, "field": "count", "cause": seq - 1}
+            yield {"seq": seq, "t": time_, "wall": WALL, "kind": "variable", **value}
+            seq += 1
+            status = "failed" if number % 50_000 == 49_999 else "succeeded"
+            end = {"id": number, "status": status, "reason": "", "cause": seq - 1}
+            yield {"seq": seq, "t": round(time_ + 0.008, 6), "wall": WALL, "kind": "behavior.end", **end}
+            number += 1
+        seq += 1
+        moved = {f"tb{robot}": [time_ % 7, robot + 0.5, 0, 0, 0, 0, 1, 0.3, 0, 0, 0, 0, 0] for robot in (1, 2)}
+        yield {"seq": seq, "t": time_, "wall": WALL, "kind": "poses", "time": time_, "entities": moved}
+    end = {"status": "passed", "reason": "", "source": "", "explanation": None, "duration": time_}
+    yield {"seq": seq + 1, "t": time_, "wall": WALL, "kind": "run.end", **end, "cause": seq}
+
+
+WALL = "2026-01-01T00:00:00.123456+00:00"
+
+
+def write(folder: Path, count: int) -> tuple[float, float, int, int]:
+    """Write a trace and its report; returns processor time [s], memory [MiB], and both sizes [bytes]."""
+    trace, report = folder / f"{count}.jsonl", folder / f"{count}.html"
+    with trace.open("w", encoding="utf-8") as file:
+        file.writelines(json.dumps(record, ensure_ascii=False) + "\n" for record in records(count))
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    show = "print(*[line for line in open('/proc/self/status') if line.startswith('VmHWM')], file=sys.stderr)"
+    code = WRITE.replace("sys.exit(main(sys.argv[1:]))", f"main(sys.argv[1:]); {show}")
+    command = [sys.executable, "-c", code, "report", str(trace), "-o", str(report)]
+    done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    took = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return took, int(done.stderr.split()[-2]) / 1024, trace.stat().st_size, report.stat().st_size
+
+
+def open_in(browser: Browser, path: Path) -> tuple[float, float, float, float]:
+    """Open a report; returns first paint and ready [s], heap [MB], and the 95th percentile of a frame [ms]."""
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    start = time.perf_counter()
+    page.goto(path.as_uri(), wait_until="commit")
+    page.locator("html[data-ready]").wait_for(state="attached")
+    ready = time.perf_counter() - start
+    page.wait_for_timeout(1000)
+    paint = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? NaN")
+    session = page.context.new_cdp_session(page)
+    session.send("HeapProfiler.collectGarbage")
+    heap = session.send("Runtime.getHeapUsage")
+    used = (heap["usedSize"] + heap.get("backingStorageSize", 0)) / 1e6
+    frame = page.evaluate(FRAMES)
+    page.close()
+    return paint / 1000, ready, used, frame
+
+
+def main() -> None:
+    """Measure."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--records", type=int, default=1_000_000)
+    options = parser.parse_args()
+    built = [(STATIC / name).read_bytes() for name in ("report.js", "report.css")]
+    print(f"pages: {sum(len(gzip.compress(data)) for data in built) / 1000:.0f} kB gzip")
+    with tempfile.TemporaryDirectory() as place, sync_playwright() as playwright:
+        folder = Path(place)
+        for count in (1_000, options.records):
+            took, memory, size, report = write(folder, count)
+            print(f"{count:,} records, {size / 1e6:.1f} MB: report of {report / 1e6:.2f} MB, ", end="")
+            print(f"{took:.1f} s of a processor, {memory:.0f} MiB")
+            browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+            best = [
+                min(values)
+                for values in zip(*(open_in(browser, folder / f"{count}.html") for _ in range(3)), strict=True)
+            ]
+            browser.close()
+            paint, ready, heap, frame = best
+            print(f"  first paint {paint:.2f} s, ready {ready:.2f} s, {heap:.0f} MB, frame {frame:.1f} ms (95 %)")
+
+
+if __name__ == "__main__":
+    main()
