@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -14,7 +15,9 @@ from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
 from seoro.files.world_names import WORLD_FILES, WorldName
 
-TIMEOUT: Final = 60.0  # [s]
+PROCESSOR_TIME: Final = 60  # [s] for reading a world
+TIMEOUT: Final = 1800.0  # [s]; a busy machine takes many times as long
+LIMITED: Final = 'ulimit -S -t "$1"; shift; exec "$@"'
 XML_SUFFIXES: Final = frozenset({".sdf", ".urdf", ".world", ".xml"})
 FILE_ATTRIBUTES: Final = ("file", "filename")  # XML attributes that name files, like the text of `uri`
 FILE_SCHEME: Final = "file://"
@@ -111,10 +114,13 @@ def _ask_simulators(module: str, worlds: Sequence[str]) -> str | None:
         UsageError: A world is invalid.
     """
     command = [sys.executable, "-m", f"sim_nodes.worlds.{module}", *worlds]
+    limited = ["/bin/sh", "-c", LIMITED, "sh", str(PROCESSOR_TIME), *command]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
+        done = subprocess.run(limited, capture_output=True, text=True, timeout=TIMEOUT, check=False)
     except subprocess.TimeoutExpired as error:
         raise UsageError(f"reading the world {worlds[0]} took more than {TIMEOUT:g} s") from error
+    if done.returncode == -signal.SIGXCPU:
+        raise UsageError(f"reading the world {worlds[0]} took more than {PROCESSOR_TIME} s of processor time")
     if done.returncode == 0:
         return done.stdout
     if "ModuleNotFoundError" in done.stderr:

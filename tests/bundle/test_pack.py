@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from seoro.bundle import worlds
 from seoro.bundle.pack import Bundle, pack
 from seoro.bundle.unpack import check_manifest, read_options
 from seoro.embed import check_file
@@ -132,6 +133,15 @@ def test_a_reset_scenario_with_an_absolute_path_is_refused(tmp_path: Path) -> No
     lab = write(tmp_path / "lab.yaml", text)
     with pytest.raises(UsageError, match=r"reset scenario of `a` has an absolute path, .*reset\.osc"):
         bundle(write(tmp_path / "main.osc"), Options(lab=Lab(lab)))
+
+
+def test_reading_a_world_is_limited_in_processor_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pybullet")  # has the model
+    monkeypatch.setattr(worlds, "PROCESSOR_TIME", 1)
+    monkeypatch.setattr(worlds, "TIMEOUT", None)  # wall time depends on other processes
+    dog = Path(__file__).parents[2] / "scenarios/catalogue/worlds/dog.yaml"
+    with pytest.raises(UsageError, match=r"dog.yaml took more than 1 s of processor time"):
+        worlds.files_of_world(str(dog))
 
 
 @pytest.mark.more
