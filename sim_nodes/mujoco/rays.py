@@ -47,11 +47,13 @@ class Rays:
         # Values outside of a cast.
         self._group_of_geom = model.geom_group.copy()
         self._geoms_of_body, self._tree_of_body = model.body_geomnum.copy(), model.body_bvhadr.copy()
-        self._is_seen = np.isin(self._group_of_geom, SEEN_BY_RAYS)
-        self._root_of_geom = model.body_rootid[model.geom_bodyid]
-        self._with_geoms = np.flatnonzero(self._geoms_of_body)  # bodies, in the order of their geoms
-        self._first_geoms = model.body_geomadr[self._with_geoms]
-        self._reach = np.where(model.geom_rbound > 0.0, model.geom_rbound + SLACK, np.inf)  # planes are endless
+        self._seen = np.flatnonzero(np.isin(self._group_of_geom, SEEN_BY_RAYS))  # geoms
+        bodies = model.geom_bodyid[self._seen]
+        self._with_seen, self._first_seen = np.unique(bodies, return_index=True)
+        self._without_seen = np.setdiff1d(np.arange(model.nbody), self._with_seen)
+        self._root_of_seen = model.body_rootid[bodies]
+        radius = model.geom_rbound[self._seen]
+        self._reach = np.where(radius > 0.0, radius + SLACK, np.inf)  # planes are endless
 
     def cast(self, casts: Sequence[Cast]) -> list[Array]:
         """Return the distances of each cast to the nearest shapes [m], shape (n,); infinite without any."""
@@ -60,17 +62,17 @@ class Rays:
         origins = np.array(
             [data.xpos[c.body] + turn @ c.bundle.position for c, turn in zip(casts, turns, strict=True)]
         )
-        groups, counts, trees = self._without_hidden(self._reachable(casts, origins, limits, turns))
-        model = self._model
+        hidden = self._without_hidden(self._reachable(casts, origins, limits, turns))
+        seen, bodies, others = self._seen, self._with_seen, self._without_seen
+        group, geoms, tree = self._model.geom_group, self._model.body_geomnum, self._model.body_bvhadr
+        found = []
         try:
-            found = []
-            for number, (cast, turn) in enumerate(zip(casts, turns, strict=True)):
-                model.geom_group[:] = groups[number]
-                model.body_geomnum[:], model.body_bvhadr[:] = counts[number], trees[number]
-                found.append(self._cast(cast, origins[number], cast.bundle.directions @ turn.T))
+            geoms[others], tree[others] = 0, -1
+            for cast, turn, origin, *without in zip(casts, turns, origins, *hidden, strict=True):
+                group[seen], geoms[bodies], tree[bodies] = without
+                found.append(self._cast(cast, origin, cast.bundle.directions @ turn.T))
         finally:
-            model.geom_group[:] = self._group_of_geom
-            model.body_geomnum[:], model.body_bvhadr[:] = self._geoms_of_body, self._tree_of_body
+            group[:], geoms[:], tree[:] = self._group_of_geom, self._geoms_of_body, self._tree_of_body
         return found
 
     def _cast(self, cast: Cast, origin: Array, directions: Array) -> Array:
@@ -94,11 +96,11 @@ class Rays:
         return distance
 
     def _reachable(self, casts: Sequence[Cast], origins: Array, limits: Array, turns: Sequence[Array]) -> Mask:
-        """Return which geoms the rays of casts may hit, shape (casts, geoms)."""
+        """Return which of the seen geoms the rays of casts may hit, shape (casts, seen geoms)."""
         roots = self._model.body_rootid[[cast.own for cast in casts]]
-        away = self._data.geom_xpos - origins[:, None]
+        away = self._data.geom_xpos[self._seen] - origins[:, None]
         distances = np.sqrt(np.einsum("cgi,cgi->cg", away, away))
-        reachable: Mask = self._is_seen & (self._root_of_geom != roots[:, None])
+        reachable: Mask = self._root_of_seen != roots[:, None]
         reachable &= distances - self._reach <= limits[:, None]
         is_flat = np.array([cast.bundle.is_flat for cast in casts])
         if is_flat.any():
@@ -107,14 +109,13 @@ class Rays:
         return reachable
 
     def _without_hidden(self, reachable: Mask) -> tuple[Indices, Indices, Indices]:
-        """Return groups of geoms, numbers of geoms of bodies, and trees of bodies, for each cast.
+        """Return groups of seen geoms, and numbers of geoms and trees of their bodies, for each cast.
 
         Geoms that cannot be reached are in a hidden group; bodies with no other ones are empty.
         """
-        empty = np.ones((len(reachable), len(self._geoms_of_body)), dtype=np.bool_)
-        empty[:, self._with_geoms] = ~np.logical_or.reduceat(reachable, self._first_geoms, axis=1)
+        some, bodies = np.logical_or.reduceat(reachable, self._first_seen, axis=1), self._with_seen
         return (
-            np.where(reachable, self._group_of_geom, VISUAL_GROUP),
-            np.where(empty, 0, self._geoms_of_body),
-            np.where(empty, -1, self._tree_of_body),
+            np.where(reachable, self._group_of_geom[self._seen], VISUAL_GROUP),
+            np.where(some, self._geoms_of_body[bodies], 0),
+            np.where(some, self._tree_of_body[bodies], -1),
         )

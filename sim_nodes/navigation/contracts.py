@@ -11,6 +11,7 @@ in `STATE` (see `stateful.py`). Random numbers come from `Setup.noise`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from bisect import bisect_left
 from collections.abc import Mapping
 from functools import cached_property
 from typing import ClassVar, Generic, TypeVar
@@ -133,10 +134,26 @@ class Path:
         lengths: Array = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
         return lengths
 
+    @cached_property
+    def _columns(self) -> Array:
+        """Coordinates x and y of the points, shape (2, n) [m]: few rows take less time than few columns."""
+        return np.ascontiguousarray(self.points.T)
+
+    @cached_property
+    def _rests(self) -> list[float]:
+        """Values of `gone`; a search in an array takes several times as long."""
+        rests: list[float] = self.gone.tolist()
+        return rests
+
     def nearest(self, x: float, y: float) -> int:
         """Return the index of the point nearest to another one."""
-        away = self.points - (x, y)
-        return int(np.einsum("ij,ij->i", away, away).argmin())
+        xs, ys = self._columns
+        dx, dy = xs - x, ys - y
+        return int((dx * dx + dy * dy).argmin())
+
+    def index_at(self, to_go: float) -> int:
+        """Return the index of the first point with at most a length to go [m], n if there is none."""
+        return bisect_left(self._rests, -to_go)
 
     def length(self, x: float, y: float) -> float:
         """Return the length of the way from a point along the path to its end [m]."""

@@ -101,8 +101,8 @@ class ArcController(Controller):
         rest, last = float(path.to_go[index]), len(path.points) - 1
         cos, sin = math.cos(to_base.yaw), math.sin(to_base.yaw)
         points = []
-        for found in np.searchsorted(path.gone, [ahead - rest for ahead in self._ahead]).tolist():
-            x, y = path.points[min(max(found, index), last)].tolist()
+        for distance in self._ahead:
+            x, y = path.points[min(max(path.index_at(rest - distance), index), last)].tolist()
             points.append((to_base.x + cos * x - sin * y, to_base.y + sin * x + cos * y))
         x, y = points[0]
         distance = math.hypot(x, y)

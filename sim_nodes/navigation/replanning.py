@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.contracts import ControlInput, Path, Planner, PlanRequest
 from sim_nodes.navigation.cover import Cover
@@ -93,7 +91,7 @@ class Replanning(Stateful):
         if self.path is None:
             return has_changed
         index = self.path.nearest(now.pose.x, now.pose.y)
-        if np.hypot(*(self.path.points[index] - now.pose[:2])) > OFF_PATH or is_blocked:
+        if is_blocked or now.pose.distance(*self.path.points[index].tolist()) > OFF_PATH:
             return True
         review = since >= REVIEW_TIME and self.path.headings is None  # plans over poses cost more
         return has_changed and (review or self._is_obstructed(self.path, index))
@@ -103,7 +101,7 @@ class Replanning(Stateful):
         obstacles = self._obstacles.points
         if len(obstacles) == 0:
             return False
-        ahead = slice(index, int(np.searchsorted(path.gone, path.gone[index] + STRETCH)) + 1, 2)
+        ahead = slice(index, path.index_at(float(path.to_go[index]) - STRETCH) + 1, 2)
         if path.headings is not None:
             gaps = self._cover.gaps_to(obstacles[:, 0], obstacles[:, 1], path.poses[ahead])
             return float(gaps.min()) < -SLACK
