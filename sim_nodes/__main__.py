@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import gc
 import os
+import sys
 
 if __name__ == "__main__":
     gc.disable()  # until `main` starts: imports leave no garbage
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # they are searched in all installed packages
     # Threads of numpy and scipy for large matrices, which nodes do not have, wait busily after their start.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    sys.modules["ssl"] = None  # type: ignore[assignment]  # asyncio imports it where it is; nodes have no use for it
 
 import argparse
 import math
-import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.metadata import entry_points
@@ -174,5 +175,6 @@ def _parser() -> argparse.ArgumentParser:
 
 
 if __name__ == "__main__":
+    del sys.modules["ssl"]  # others may import it
     gc.freeze()  # else each full collection would visit all modules
     sys.exit(main())

@@ -39,6 +39,7 @@ from seoro.security.network.authorizer import NodeAuthorizer, open_authorizer
 from seoro.security.network.listener import Listener, node_listener
 from sim_nodes.event_log import LongPolls
 from sim_nodes.leasing import EmergencyStops, Leasing
+from sim_nodes.memory import return_free
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
 
@@ -239,6 +240,7 @@ class RequestLoop:
             request.reply(answer)
             if verb in REPLACING:
                 gc.collect()  # worlds are large, and refer to themselves in cycles
+                return_free()
         except RequestRefused as refused:
             refuse(request, refused.code, refused.message)
         except Exception as error:

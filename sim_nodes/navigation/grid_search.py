@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_nodes.geometry import Array
+from sim_nodes.memory import return_free
 
 Cell = tuple[int, int]
 Cells = NDArray[np.int64]
@@ -58,6 +59,8 @@ class GoalField:
         self.costs: Array
         self.costs, steps = search.find_costs([goal])
         self._trace = _Trace(steps, np.asarray(search.offsets))
+        del search, steps
+        return_free()  # once for each goal
 
     def way_from(self, cell: Cell) -> Cells:
         """Return the cheapest path from a cell of finite cost to the goal."""

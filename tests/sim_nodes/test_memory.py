@@ -66,6 +66,25 @@ def test_a_connection_to_bullet_takes_less_memory() -> None:
     assert less < whole - LEAST
 
 
+GOAL = """
+import numpy as np
+from sim_nodes.navigation.grid_search import GoalField
+from tests.sim_nodes.test_memory import resident
+
+cost = np.ones((300, 300))
+GoalField(cost[:4, :4], (0, 0))  # loads modules
+before = resident()
+field = GoalField(cost, (200, 200))
+print(resident() - before, field.costs.nbytes / 2**20)
+"""
+
+
+@on_linux
+def test_a_field_of_costs_takes_only_its_own_memory() -> None:
+    taken, costs = numbers_of(GOAL)
+    assert taken < 2.5 * costs  # with the steps to all cells
+
+
 @on_linux
 def test_content_is_kept() -> None:
     returned, content = numbers_of(CONTENT)
