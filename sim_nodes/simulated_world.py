@@ -22,7 +22,7 @@ from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.outcomes import NO_CLIENT, unknown
 from sim_nodes.pace import Batches
-from sim_nodes.physics import BodyState, Engine, PlacedRobot
+from sim_nodes.physics import BodyState, DrivesBodies, Engine, PlacedRobot
 from sim_nodes.recording import Recording
 from sim_nodes.robots.robot import Robot
 from sim_nodes.run_data import RunData
@@ -72,6 +72,7 @@ class SimulatedWorld(Stateful):
 
     def __init__(self, engine: Engine, world: World, seed: int) -> None:
         self.engine = engine
+        self._driving_engine = engine if isinstance(engine, DrivesBodies) else None  # the check takes long
         self.world = world
         self.seed = seed
         self.known = build_map(world.extent, world.walls, world.outlines)

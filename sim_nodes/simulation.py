@@ -20,7 +20,6 @@ from sim_nodes.event_log import EventLog, WorldEvent
 from sim_nodes.geometry import Array
 from sim_nodes.messages import contact_message, feedback_message
 from sim_nodes.outcomes import GoalResult
-from sim_nodes.physics import DrivesBodies
 from sim_nodes.robots.fleet import navigate, sense
 from sim_nodes.robots.robot import Robot
 from sim_nodes.streams import Streams
@@ -132,16 +131,20 @@ class Simulation(CommandedWorld):
 
     def _drive_bodies(self, tick: int) -> None:
         """Move doors, lifts, people and carts until the next tick."""
-        engine, touching = self.engine, self._touched.touching
-        if not (self.buildings or self.agents) or not isinstance(engine, DrivesBodies):
+        engine, touching = self._driving_engine, self._touched.touching
+        if engine is None or not (self.buildings or self.agents):
             self._report(self.agents, self.agents.tick(tick, touching, NO_POSES))
             return
         poses, first = engine.driven_poses(), len(self.entities.built_in)
         built_in, agents = poses[:first], poses[first:]
-        self._report(self.buildings, self.buildings.tick(tick, touching, partial(self._visitors, agents)))
+        if self.buildings:
+            self._report(self.buildings, self.buildings.tick(tick, touching, partial(self._visitors, agents)))
         self._report(self.agents, self.agents.tick(tick, touching, agents))
-        (velocities, heights), (others, low) = self.buildings.motion(built_in), self.agents.motion(agents)
-        engine.drive_bodies(np.vstack([velocities, others]), np.concatenate([heights, low]))
+        velocities, heights = self.agents.motion(agents)
+        if self.buildings:
+            moves, levels = self.buildings.motion(built_in)
+            velocities, heights = np.vstack([moves, velocities]), np.concatenate([levels, heights])
+        engine.drive_bodies(velocities, heights)
 
     def _visitors(self, agents: Array) -> Array:
         """Return the positions of robots, people and carts, shape (n, 2) [m]."""

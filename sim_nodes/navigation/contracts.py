@@ -152,7 +152,7 @@ class Path:
         return int((dx * dx + dy * dy).argmin())
 
     def index_at(self, to_go: float) -> int:
-        """Return the index of the first point with at most a length to go [m], n if there is none."""
+        """Return the index of the first point with at most a length to go [m]; n without one."""
         return bisect_left(self._rests, -to_go)
 
     def length(self, x: float, y: float) -> float:
