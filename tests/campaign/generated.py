@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +55,13 @@ def generate(folder: Path, runs: int) -> None:
             shard.write(row.to_line())
             texts = {path: str(value) for path, value in row.values.items()}
             asked.write(Planned(row.run, row.variant, row.repeat, row.seed, texts, "random").to_line())
+
+
+def store(folder: Path, name: str, rows: Iterable[Row]) -> None:
+    """Write a shard."""
+    (folder / RUNS).mkdir(exist_ok=True)
+    text = "".join(each.to_line() for each in rows)
+    (folder / RUNS / f"{name}.jsonl").write_text(text, "utf-8", "backslashreplace")
 
 
 def row(number: int, status: End = End.PASSED, **more: Any) -> Row:

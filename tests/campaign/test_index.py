@@ -1,6 +1,5 @@
 """Rows of a campaign in the order of their runs, and the files that are written from them."""
 
-from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
@@ -9,19 +8,12 @@ import pytest
 from seoro.campaign.results import junit
 from seoro.campaign.results.junit import write_junit
 from seoro.campaign.results.table import write_table
-from seoro.campaign.runs import End, Row
+from seoro.campaign.runs import End
 from seoro.campaign.store import index
 from seoro.campaign.store.folder import COORDINATOR, RUNS
 from seoro.campaign.store.index import RowIndex
 from seoro.errors import UsageError
-from tests.campaign.generated import row
-
-
-def store(folder: Path, name: str, rows: Iterable[Row]) -> None:
-    """Write a shard."""
-    (folder / RUNS).mkdir(exist_ok=True)
-    text = "".join(each.to_line() for each in rows)
-    (folder / RUNS / f"{name}.jsonl").write_text(text, "utf-8", "backslashreplace")
+from tests.campaign.generated import row, store
 
 
 def test_rows_are_in_the_order_of_their_runs_once_each(tmp_path: Path) -> None:

@@ -13,11 +13,12 @@ from seoro.campaign.report.columns import MOST_BINS, OTHERS, Column
 from seoro.campaign.report.grouping import Bucket, influence
 from seoro.campaign.report.page import write_report
 from seoro.campaign.report.summary import MOST_ROWS, summarize
-from seoro.campaign.runs import End, Planned, Row, each_once
+from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.stopping.rules import percent
+from seoro.campaign.store.batches import read_batches
 from seoro.campaign.store.folder import ASKED, RUNS, find_planned, read_campaign, write_campaign
 from seoro.cli.main import main
-from tests.campaign.generated import generate, row, rows
+from tests.campaign.generated import generate, row, rows, store
 
 EMPTY = {"meta", "br", "link", "input", "path", "rect"}
 HOSTILE = "<script>alert(1)</script>&\"'\x00\ud800"
@@ -111,8 +112,10 @@ def test_coverage_is_added_over_runs() -> None:
     assert (samples, item.reached, item.holes, item.outside) == ({"0..1": 2, "3..4": 1}, 2, ["1..3"], 3)
 
 
-def test_a_summary_counts_each_run_once() -> None:
-    found = summarize(each_once([*rows(2000), *rows(1000), row(3001, End.IMPOSSIBLE)]), seed=1)
+def test_a_summary_counts_each_run_once(tmp_path: Path) -> None:
+    store(tmp_path, "w1", [*rows(2000), row(3001, End.IMPOSSIBLE)])
+    store(tmp_path, "w2", rows(1000))
+    found = summarize(read_batches(tmp_path), seed=1)
     assert (found.runs, found.impossible) == (2000, 1)
     failed = [each.run for each in rows(2000) if each.status is End.FAILED]
     assert found.ends[End.FAILED] == len(failed) == sum(group.count for group in found.failures.values())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from itertools import pairwise
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from seoro.campaign.coverage.items import MOST_BUCKETS
 from seoro.campaign.runs import End, Row
@@ -13,6 +13,25 @@ from seoro.campaign.store.covered import CoveredItem, Unreachable
 from seoro.lang.lazy_dataclass import lazy_dataclass
 
 MOST_ITEMS: Final = 1000
+
+
+class EqualRuns(NamedTuple):
+    """Runs with equal coverage.
+
+    Args:
+        passed: Number of those that passed.
+        failed: Number of those that failed.
+        first: Least number of a run.
+    """
+
+    passed: int
+    failed: int
+    first: int
+
+    @property
+    def total(self) -> int:
+        """Number of the runs."""
+        return self.passed + self.failed
 
 
 @lazy_dataclass
@@ -31,12 +50,17 @@ class BucketCounts:
     failed: int = 0
     first: int = 0
 
-    def add(self, samples: int, row: Row) -> None:
-        """Add the samples of a run."""
-        self.samples += samples
-        self.passed += row.status is End.PASSED
-        self.failed += row.status is End.FAILED
-        self.first = min(self.first or row.run, row.run)
+    def add(self, samples: int, runs: EqualRuns) -> None:
+        """Add the samples of runs.
+
+        Args:
+            samples: Samples of each run.
+            runs: The runs.
+        """
+        self.samples += samples * runs.total
+        self.passed += runs.passed
+        self.failed += runs.failed
+        self.first = min(self.first or runs.first, runs.first)
 
     @property
     def runs(self) -> int:
@@ -74,8 +98,8 @@ class ItemCounts:
     outside: int = 0
     is_cut: bool = False
 
-    def add(self, plain: Mapping[str, Any], row: Row) -> None:
-        """Add the samples of a run, as in `coverage.json`."""
+    def add(self, plain: Mapping[str, Any], runs: EqualRuns) -> None:
+        """Add the samples of each of some runs, as in `coverage.json`."""
         for bucket, count in plain["buckets"].items():
             if bucket not in self.buckets:
                 if len(self.buckets) >= MOST_BUCKETS:
@@ -83,10 +107,11 @@ class ItemCounts:
                     continue
                 self.buckets[bucket] = BucketCounts()
             counts = self.buckets[bucket]
-            self.reached += counts.samples < self.needed <= counts.samples + count
-            counts.add(count, row)
-        self.illegal += plain["illegal"]
-        self.outside += plain["outside"]
+            before = counts.samples
+            counts.add(count, runs)
+            self.reached += before < self.needed <= counts.samples
+        self.illegal += plain["illegal"] * runs.total
+        self.outside += plain["outside"] * runs.total
 
     @property
     def needed(self) -> int:
@@ -161,7 +186,17 @@ class MergedCoverage:
 
     def add(self, row: Row) -> None:
         """Add the coverage of a run that passed or failed."""
-        for plain in row.coverage:
+        has_passed = row.status is End.PASSED
+        self.add_equal(row.coverage, EqualRuns(has_passed, not has_passed, row.run))
+
+    def add_equal(self, coverage: Iterable[Mapping[str, Any]], runs: EqualRuns) -> None:
+        """Add the coverage of each of some runs.
+
+        Args:
+            coverage: Coverage of each, as in `coverage.json`.
+            runs: The runs, which passed or failed.
+        """
+        for plain in coverage:
             if plain["kind"] != "cover":
                 continue
             counts = self.items.get(plain["item"])
@@ -173,7 +208,7 @@ class MergedCoverage:
                 )
             elif counts.total is None:
                 counts.total = plain["total"]
-            counts.add(plain, row)
+            counts.add(plain, runs)
 
     @property
     def share(self) -> float:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, Final, TypeAlias
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, TypeAlias, TypeGuard
 
 from seoro.campaign.report.grouping import Bucket, Grouping
 
@@ -20,6 +20,7 @@ OTHERS: Final = "other values"
 _LARGEST: Final = 1e290  # larger numbers are left out, so that no bin overflows
 _DIGITS: Final = 15  # of a float
 _GUARD: Final = 1e-9  # so that 0.3 is in bin 3 of width 0.1
+_NUMBERS: Final = {int, float, bool}
 _Value: TypeAlias = int | float | str
 
 Cell: TypeAlias = list[int]  # passed, failed
@@ -36,42 +37,51 @@ class Column:
         self._first = self._last = 0  # bins in use
 
     def add(self, values: Sequence[object], failures: Sequence[bool]) -> None:
-        """Count values of runs; many at once, since each costs a fraction of a single one.
+        """Count values of runs; many at once, since each then costs a fraction of a single one.
 
         Args:
             values: The values; None for runs without one.
             failures: Whether the runs failed.
         """
-        if self._scale is None:
-            self._count(zip(map(_key, values), failures, strict=True))
+        for has_failed in (False, True):
+            part = [value for value, failed in zip(values, failures, strict=True) if failed is has_failed]
+            self.add_equal(part, has_failed)
+
+    def add_equal(self, values: Sequence[object], has_failed: bool) -> None:
+        """Count values of runs that all failed, or all passed.
+
+        Args:
+            values: The values; None for runs without one.
+            has_failed: Whether the runs failed.
+        """
+        if not values:
             return
-        both = list(zip(values, failures, strict=True))
-        numbers = [
-            (value, has_failed)
-            for value, has_failed in both
-            if isinstance(value, int | float) and -_LARGEST < value < _LARGEST
-        ]
-        if len(numbers) < len(both):
-            self._count((_key(value), failed) for value, failed in both if not isinstance(value, int | float))
-        if numbers:
-            self._count_in_bins(numbers)
+        if self._scale is None:
+            self._count(values, has_failed)
+        elif _are_numbers(values):
+            self._count_in_bins(values, has_failed)
+        else:
+            self._count([value for value in values if not isinstance(value, int | float)], has_failed)
+            numbers = [value for value in values if isinstance(value, int | float) and abs(value) < _LARGEST]
+            if numbers:
+                self._count_in_bins(numbers, has_failed)
 
-    def _count(self, values: Iterable[tuple[_Value | None, bool]]) -> None:
+    def _count(self, values: Sequence[object], has_failed: bool) -> None:
         """Count values one by one, and numbers in bins after the first that is one too many."""
-        for (value, has_failed), count in Counter(values).items():
-            if value is not None:
-                if self._scale is None or isinstance(value, str):
-                    self._cell_of_value(value)[has_failed] += count
+        for value, count in _tally(values).items():
+            key = _key(value)
+            if key is not None:
+                if self._scale is None or isinstance(key, str):
+                    self._cell_of_value(key)[has_failed] += count
                 else:
-                    self._cell_of(self._bin(value))[has_failed] += count
+                    self._cell_of(self._bin(key))[has_failed] += count
 
-    def _count_in_bins(self, numbers: Sequence[tuple[float, bool]]) -> None:
-        for bound in (min(numbers)[0], max(numbers)[0]):
+    def _count_in_bins(self, numbers: Sequence[float], has_failed: bool) -> None:
+        for bound in (min(numbers), max(numbers)):
             self._cell_of(self._bin(bound))  # makes the bins wide enough
-        assert self._scale is not None
+        assert self._scale is not None, "numbers are counted in bins"
         scale = self._scale
-        counts = Counter([(math.floor(value * scale + _GUARD), has_failed) for value, has_failed in numbers])
-        for (number, has_failed), count in counts.items():
+        for number, count in Counter([math.floor(value * scale + _GUARD) for value in numbers]).items():
             self._cell_of(number)[has_failed] += count
 
     def grouping(self, most: int) -> Grouping:
@@ -155,6 +165,19 @@ class Column:
         bins, self._bins = self._bins, {}
         for number, cell in bins.items():
             _add(self._bins.setdefault(number // 10, [0, 0]), cell)
+
+
+def _are_numbers(values: Sequence[Any]) -> TypeGuard[Sequence[float]]:
+    """Return whether all values are numbers that fit into bins."""
+    return set(map(type, values)) <= _NUMBERS and min(values) > -_LARGEST and max(values) < _LARGEST
+
+
+def _tally(values: Sequence[object]) -> Counter[Any]:
+    """Count equal values."""
+    try:
+        return Counter(values)
+    except TypeError:  # lists
+        return Counter(map(_key, values))
 
 
 def _key(value: object) -> _Value | None:

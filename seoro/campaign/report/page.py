@@ -14,7 +14,8 @@ from seoro.campaign.report import sections
 from seoro.campaign.report.findings import findings
 from seoro.campaign.report.style import STYLE
 from seoro.campaign.report.summary import Summary, summarize
-from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
+from seoro.campaign.store.batches import read_batches
+from seoro.campaign.store.folder import CampaignFile, read_campaign
 
 REPORT: Final = "report.html"
 _CONTROLS: Final = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # invalid in HTML, or not UTF-8
@@ -35,7 +36,7 @@ def write_report(folder: Path) -> Path:
     """
     campaign = read_campaign(folder)
     coverage = MergedCoverage(campaign.items, read_unreachable(folder))
-    summary = summarize(read_rows(folder), campaign.seed, coverage)
+    summary = summarize(read_batches(folder), campaign.seed, coverage)
     text = "".join(page(summary, campaign, folder))
     path = folder / REPORT
     path.write_text(without_controls(text), encoding="utf-8")

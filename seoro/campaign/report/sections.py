@@ -175,7 +175,7 @@ def making(summary: Summary, campaign: CampaignFile) -> Iterator[str]:
 def _pair(summary: Summary, vertical: str, horizontal: str) -> str:
     rows, columns = (summary.parameters[path].grouping(_CELLS) for path in (vertical, horizontal))
     cells = [[[0, 0] for _ in columns.buckets] for _ in rows.buckets]
-    for values, has_failed in summary.sample:
+    for values, has_failed in summary.sample.items:
         row, column = rows.index_of(values.get(vertical)), columns.index_of(values.get(horizontal))
         if row is not None and column is not None:
             cells[row][column][has_failed] += 1

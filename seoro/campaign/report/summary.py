@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import random
 from bisect import insort
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
-from itertools import chain, islice
+from itertools import chain
+from operator import itemgetter
 from typing import Any, Final, TypeAlias
 
-from seoro.campaign.coverage.counts import MergedCoverage
+from seoro.campaign.coverage.counts import EqualRuns, MergedCoverage
 from seoro.campaign.report.columns import Column
+from seoro.campaign.report.reservoir import Reservoir
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
+from seoro.campaign.store.batches import Batch
 from seoro.lang.lazy_dataclass import lazy_dataclass
 
 MOST_ROWS: Final = 500  # in the table of runs
 MOST_GROUPS: Final = 200  # of failures; more are counted as one
 MOST_COLUMNS: Final = 200  # of parameters, and of measurements
 SAMPLE: Final = 20_000  # runs for pairs of parameters
-BATCH: Final = 1000  # rows that are counted at once
 MORE: Final = ("other reasons", "")
 
 Rank: TypeAlias = tuple[bool, float, int]
@@ -47,11 +48,10 @@ class Summary(Tally):
         failures: Groups of runs that did not pass, by reason and place.
         parameters: Counts by parameter.
         measurements: Counts by measurement.
-        sample: Random runs with a verdict: their parameters, and whether they failed.
+        sample: Random sample of the runs with a verdict: their parameters, and whether they failed.
         worst: Runs that did not pass, then those with the smallest margins, in this order.
         coverage: Coverage over all runs.
         hosts: Runs by machine.
-        decided: Number of runs that passed or failed.
         cpu: Processor time of workers and simulators [s].
         first: Time of the first start (UTC); empty without a run.
         last: Time of the last start.
@@ -60,86 +60,117 @@ class Summary(Tally):
     failures: dict[tuple[str, str], FailureGroup] = field(default_factory=dict)
     parameters: dict[str, Column] = field(default_factory=dict)
     measurements: dict[str, Column] = field(default_factory=dict)
-    sample: list[tuple[Mapping[str, Any], bool]] = field(default_factory=list)
+    sample: Reservoir[tuple[Mapping[str, Any], bool]] = field(default_factory=lambda: Reservoir(SAMPLE, 0))
     worst: list[tuple[Rank, Row]] = field(default_factory=list)
     coverage: MergedCoverage = field(default_factory=MergedCoverage)
     hosts: Counter[str] = field(default_factory=Counter)
-    decided: int = 0
     cpu: float = 0.0
     first: str = ""
     last: str = ""
 
+    @property
+    def decided(self) -> int:
+        """Number of runs that passed or failed."""
+        return self.ends[End.PASSED] + self.ends[End.FAILED]
 
-def summarize(rows: Iterable[Row], seed: int, coverage: MergedCoverage | None = None) -> Summary:
+
+def summarize(batches: Iterable[Batch], seed: int, coverage: MergedCoverage | None = None) -> Summary:
     """Summarize the rows of a campaign.
 
     Args:
-        rows: A row for each run, in any order.
+        batches: A row for each run, in any order.
         seed: Seed of the random sample for pairs of parameters.
         coverage: Coverage without runs, for items that are defined; None if they are unknown.
     """
-    found, draw = Summary(coverage=coverage or MergedCoverage()), random.Random(seed)  # noqa: S311 - a sample
-    rows = iter(rows)
-    while batch := list(islice(rows, BATCH)):
-        decided = []
-        for row in batch:
-            found.count(row)
-            if row.status is not End.IMPOSSIBLE:
-                _count(found, row)
-            if row.status is End.PASSED or row.status is End.FAILED:
-                decided.append(row)
-                found.coverage.add(row)
-                _sample(found, row, draw)
-        failures = [row.status is End.FAILED for row in decided]
-        _count_columns(found.parameters, [row.values for row in decided], failures)
-        _count_columns(found.measurements, [row.measured for row in decided], failures)
+    found = Summary(coverage=coverage or MergedCoverage(), sample=Reservoir(SAMPLE, seed))
+    for batch in batches:
+        _count(found, _made(batch, found))
     return found
 
 
-def _count(found: Summary, row: Row) -> None:
-    found.cpu += row.cpu + row.sim_cpu
-    if row.host in found.hosts or len(found.hosts) < MOST_GROUPS:
-        found.hosts[row.host] += 1
-    if row.started:
-        found.first = min(found.first or row.started, row.started)
-        found.last = max(found.last, row.started)
-    has_passed = row.status is End.PASSED
-    if not has_passed:
-        _group(found.failures, row)
-    if not has_passed or row.margin is not None:
-        _rank(found.worst, row, has_passed)
+def _made(batch: Batch, found: Summary) -> Batch:
+    """Leave out runs that constraints exclude, which are only counted."""
+    excluded = batch.ends.get(End.IMPOSSIBLE, ())
+    found.impossible += len(excluded)
+    if not excluded:
+        return batch
+    without = set(excluded)
+    return batch.select([position for position in range(len(batch)) if position not in without])
 
 
-def _count_columns(
-    columns: dict[str, Column], rows: Sequence[Mapping[str, Any]], failures: Sequence[bool]
-) -> None:
+def _count(found: Summary, batch: Batch) -> None:
+    found.ends.update({end: len(positions) for end, positions in batch.ends.items()})
+    found.cpu += sum(batch.column("cpu")) + sum(batch.column("sim_cpu"))
+    _count_hosts(found, batch)
+    _group(found.failures, batch)
+    _rank(found.worst, batch)
+    passed, failed = batch.ends.get(End.PASSED, ()), batch.ends.get(End.FAILED, ())
+    _count_coverage(found.coverage, batch, passed, failed)
+    values, measured = batch.column("values"), batch.column("measured")
+    for positions, has_failed in ((passed, False), (failed, True)):
+        chosen = [values[position] for position in positions]
+        found.sample.extend([(each, has_failed) for each in chosen])
+        _count_columns(found.parameters, chosen, has_failed)
+        _count_columns(found.measurements, [measured[position] for position in positions], has_failed)
+
+
+def _count_hosts(found: Summary, batch: Batch) -> None:
+    for host, count in Counter(batch.column("host")).items():
+        if host in found.hosts or len(found.hosts) < MOST_GROUPS:
+            found.hosts[host] += count
+    started = [each for each in batch.column("started") if each]
+    if started:
+        found.first = min(found.first or started[0], *started)
+        found.last = max(found.last, *started)
+
+
+def _count_coverage(coverage: MergedCoverage, batch: Batch, passed: Sequence[int], failed: Sequence[int]) -> None:
+    runs, have_passed = batch.column("run"), set(passed)
+    for items, positions in batch.coverage([*passed, *failed]):
+        count = sum(map(have_passed.__contains__, positions))
+        first = min(map(runs.__getitem__, positions))
+        coverage.add_equal(items, EqualRuns(count, len(positions) - count, first))
+
+
+def _count_columns(columns: dict[str, Column], rows: Sequence[Mapping[str, Any]], has_failed: bool) -> None:
     for name in dict.fromkeys(chain.from_iterable(rows)):
         if name in columns or len(columns) < MOST_COLUMNS:
-            columns.setdefault(name, Column()).add([row.get(name) for row in rows], failures)
+            columns.setdefault(name, Column()).add_equal(_values_of(rows, name), has_failed)
 
 
-def _sample(found: Summary, row: Row, draw: random.Random) -> None:
-    found.decided += 1
-    if len(found.sample) < SAMPLE:  # Vitter's algorithm R (ACM TOMS 11, 1985)
-        found.sample.append((row.values, row.status is End.FAILED))
-    elif (place := int(draw.random() * found.decided)) < SAMPLE:
-        found.sample[place] = row.values, row.status is End.FAILED
+def _values_of(rows: Sequence[Mapping[str, Any]], name: str) -> Sequence[object]:
+    """Return a value of each row; None if it is missing."""
+    try:
+        return list(map(itemgetter(name), rows))  # in half of the time
+    except KeyError:
+        return [row.get(name) for row in rows]
 
 
-def _group(groups: dict[tuple[str, str], FailureGroup], row: Row) -> None:
-    key = (row.reason_key or row.status.value, row.where)
-    if key not in groups and len(groups) >= MOST_GROUPS:
-        key = MORE
-    group = groups.get(key)
-    if group is None:
-        group = groups[key] = FailureGroup(row)
-    elif row.run < group.example.run:
-        group.example = row
-    group.count += 1
+def _group(groups: dict[tuple[str, str], FailureGroup], batch: Batch) -> None:
+    runs, keys, places = batch.column("run"), batch.column("reason_key"), batch.column("where")
+    for end, positions in batch.ends.items():
+        for position in positions if end is not End.PASSED else ():
+            key = (keys[position] or end.value, places[position])
+            if key not in groups and len(groups) >= MOST_GROUPS:
+                key = MORE
+            group = groups.get(key)
+            if group is None:
+                group = groups[key] = FailureGroup(batch.row(position))
+            elif runs[position] < group.example.run:
+                group.example = batch.row(position)
+            group.count += 1
 
 
-def _rank(worst: list[tuple[Rank, Row]], row: Row, has_passed: bool) -> None:
-    rank = (has_passed, row.margin or 0.0, row.run)
-    if len(worst) < MOST_ROWS or rank < worst[-1][0]:
-        insort(worst, (rank, row), key=lambda item: item[0])
-        del worst[MOST_ROWS:]
+def _rank(worst: list[tuple[Rank, Row]], batch: Batch) -> None:
+    runs, margins = batch.column("run"), batch.column("margin")
+    for end, positions in sorted(batch.ends.items(), key=lambda each: each[0] is End.PASSED):
+        has_passed = end is End.PASSED
+        for position in positions:
+            if has_passed and margins[position] is None:
+                continue
+            rank = (has_passed, margins[position] or 0.0, runs[position])
+            if len(worst) < MOST_ROWS or rank < worst[-1][0]:
+                insort(worst, (rank, batch.row(position)), key=lambda item: item[0])
+                del worst[MOST_ROWS:]
+            elif has_passed and not worst[-1][0][0]:
+                break  # there are enough that did not pass

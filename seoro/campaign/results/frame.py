@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from seoro.campaign.results.table import cells, columns_of, header
-from seoro.campaign.runs import Row
+from seoro.campaign.results.table import columns_of, header, lines_of
+from seoro.campaign.store.index import RowIndex
 from seoro.errors import UsageError
 
 if TYPE_CHECKING:
     import pandas
 
 
-def frame_of(rows: Sequence[Row]) -> pandas.DataFrame:
+def frame_of(rows: RowIndex) -> pandas.DataFrame:
     """Return the table of a campaign, with the columns of `runs.csv`.
 
     Args:
@@ -26,5 +25,6 @@ def frame_of(rows: Sequence[Row]) -> pandas.DataFrame:
         import pandas  # noqa: PLC0415 - slow to load, and an extra
     except ImportError:
         raise UsageError("a data frame needs pandas", help="pip install 'seoro[pandas]'") from None
-    columns = columns_of(rows)
-    return pandas.DataFrame([cells(row, *columns) for row in rows], columns=header(*columns))
+    columns = columns_of(rows.batches())
+    lines = [line for batch in rows.batches() for line in lines_of(batch, *columns)]
+    return pandas.DataFrame(lines, columns=header(*columns))

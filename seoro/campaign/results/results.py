@@ -61,7 +61,7 @@ class Results:
         Raises:
             UsageError: pandas is not installed, or a row is invalid.
         """
-        return frame_of(self.rows())
+        return frame_of(RowIndex(self.folder))
 
     def write(self) -> list[Path]:
         """Write `report.html`, `runs.csv`, `test.xml`, and `runs.parquet` if pyarrow is installed.

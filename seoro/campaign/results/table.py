@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Sequence
-from itertools import islice
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-from seoro.campaign.runs import Row
+from seoro.campaign.store.batches import Batch
 from seoro.campaign.store.index import RowIndex
 
 TABLE: Final = "runs.csv"
@@ -43,33 +43,33 @@ def write_table(rows: RowIndex, folder: Path) -> Path:
         OSError: The table cannot be written.
     """
     path = folder / TABLE
-    columns = columns_of(islice(rows, _FIRST))
-    if not _write(rows, columns, path):  # a later run has more
-        _write(rows, columns_of(rows), path)
+    columns = columns_of(islice(rows.batches(_FIRST), 1))
+    if not _write(rows.batches(), columns, path):  # a later run has more
+        _write(rows.batches(), columns_of(rows.batches()), path)
     return path
 
 
-def columns_of(rows: Iterable[Row]) -> _Columns:
+def columns_of(batches: Iterable[Batch]) -> _Columns:
     """Return the parameters that vary, and the measurements, each in the order of their first occurrence."""
     parameters: dict[str, None] = {}
     measurements: dict[str, None] = {}
-    for row in rows:
-        parameters.update(dict.fromkeys(row.values))
-        measurements.update(dict.fromkeys(row.measured))
+    for batch in batches:
+        parameters.update(dict.fromkeys(chain.from_iterable(batch.column("values"))))
+        measurements.update(dict.fromkeys(chain.from_iterable(batch.column("measured"))))
     return tuple(parameters), tuple(measurements)
 
 
-def _write(rows: Iterable[Row], columns: _Columns, path: Path) -> bool:
-    """Write a table with these columns; returns False at the first row that has others."""
-    parameters, measurements = columns
-    known = set(parameters), set(measurements)
+def _write(batches: Iterable[Batch], columns: _Columns, path: Path) -> bool:
+    """Write a table with these columns; returns False at the first run that has others."""
+    known = [set(each) for each in columns]
     with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         writer = csv.writer(file)
-        writer.writerow(header(parameters, measurements))
-        for row in rows:
-            if not row.values.keys() <= known[0] or not row.measured.keys() <= known[1]:
+        writer.writerow(header(*columns))
+        for batch in batches:
+            found = columns_of([batch])
+            if any(not names.issuperset(each) for names, each in zip(known, found, strict=True)):
                 return False
-            writer.writerow(cells(row, parameters, measurements))
+            writer.writerows(lines_of(batch, *columns))
     return True
 
 
@@ -78,12 +78,13 @@ def header(parameters: Sequence[str], measurements: Sequence[str]) -> list[str]:
     return [*BEFORE, *parameters, *AFTER, *measurements]
 
 
-def cells(row: Row, parameters: Sequence[str], measurements: Sequence[str]) -> list[Any]:
-    """Return the line of a run; None for missing values."""
-    before = [row.status.value if name == "status" else getattr(row, name) for name in BEFORE]
-    return [
-        *before,
-        *(row.values.get(path) for path in parameters),
-        *(getattr(row, name) for name in AFTER),
-        *(row.measured.get(column) for column in measurements),
-    ]
+def lines_of(batch: Batch, parameters: Sequence[str], measurements: Sequence[str]) -> Iterator[tuple[Any, ...]]:
+    """Yield the lines of runs; None for missing values."""
+    values, measured = batch.column("values"), batch.column("measured")
+    return zip(
+        *map(batch.column, BEFORE),
+        *([each.get(path) for each in values] for path in parameters),
+        *map(batch.column, AFTER),
+        *([each.get(name) for each in measured] for name in measurements),
+        strict=True,
+    )

@@ -5,19 +5,21 @@ from __future__ import annotations
 import re
 from array import array
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, Final, NamedTuple
 
 from seoro.campaign.runs import End, Row
+from seoro.campaign.store.batches import Batch
 from seoro.campaign.store.folder import row_in, shards_of
 from seoro.campaign.store.lines import read_lines
 from seoro.files.inputs import Kind, open_input
 
 _START: Final = re.compile(rb'\{"run": ?(\d{1,18}), ?"id": ?"\w*", ?(?:"\w+": ?-?\d+, ?)*"status": ?"(\w+)"')
 _SHIFT: Final = 48  # bits of an offset in a shard
+BATCH: Final = 1000  # rows
 _MOST_OPEN: Final = 100  # shards
 
 
@@ -40,11 +42,15 @@ class RowIndex:
                 numbers.append(number)
                 self._places.append(place)
                 self._passed.append(end == End.PASSED.value)
-        self._order = array("l")
-        for position in sorted(
-            range(len(numbers)), key=numbers.__getitem__
-        ):  # of equal runs, the first stays first
-            if not self._order or numbers[position] != numbers[self._order[-1]]:
+        self._order = array("l", range(len(numbers)))
+        if not _is_increasing(numbers):
+            self._sort()
+
+    def _sort(self) -> None:
+        """Order the rows by their runs; of equal runs, the first stays."""
+        order, self._order = self._order, array("l")
+        for position in sorted(order, key=self._numbers.__getitem__):
+            if not self._order or self._numbers[position] != self._numbers[self._order[-1]]:
                 self._order.append(position)
 
     def __len__(self) -> int:
@@ -52,6 +58,19 @@ class RowIndex:
 
     def __iter__(self) -> Iterator[Row]:
         return self._read(self._order)
+
+    def batches(self, size: int = BATCH) -> Iterator[Batch]:
+        """Yield the rows in batches.
+
+        Args:
+            size: Number of rows of a batch.
+
+        Raises:
+            UsageError: A row is invalid.
+        """
+        lines = self._lines(self._order)
+        while part := list(islice(lines, size)):
+            yield Batch([line for line, _ in part], _places([place for _, place in part]))
 
     def find(self, run: int) -> Row | None:
         """Return the row of a run; None if it is unknown or excluded."""
@@ -84,15 +103,44 @@ class RowIndex:
                     yield row.run, shard << _SHIFT | offset, row.status.value
                 offset += len(line)
 
-    def _read(self, positions: Iterator[int] | array[int]) -> Iterator[Row]:
+    def _read(self, positions: Iterable[int]) -> Iterator[Row]:
+        for line, place in self._lines(positions):
+            yield row_in(line, str(place))
+
+    def _lines(self, positions: Iterable[int]) -> Iterator[tuple[bytes, _Place]]:
+        """Yield lines with their places."""
         opened: dict[int, IO[bytes]] = {}
+        ends: dict[int, int] = {}  # offset behind the last line that was read, by shard
         with ExitStack() as stack:
             for position in positions:
                 shard, offset = divmod(self._places[position], 1 << _SHIFT)
-                if shard not in opened:
+                file = opened.get(shard)
+                if file is None:
                     if len(opened) == _MOST_OPEN:
                         stack.close()
                         opened.clear()
-                    opened[shard] = stack.enter_context(open_input(self._shards[shard], Kind.CAMPAIGN))
-                opened[shard].seek(offset)
-                yield row_in(opened[shard].readline(), f"{self._shards[shard]}, byte {offset}")
+                        ends.clear()
+                    file = opened[shard] = stack.enter_context(open_input(self._shards[shard], Kind.CAMPAIGN))
+                if ends.get(shard) != offset:
+                    file.seek(offset)  # it discards what was read ahead
+                line = file.readline()
+                ends[shard] = offset + len(line)
+                yield line, _Place(self._shards[shard], offset)
+
+
+class _Place(NamedTuple):
+    """Place of a line, for messages."""
+
+    shard: Path
+    offset: int
+
+    def __str__(self) -> str:
+        return f"{self.shard}, byte {self.offset}"
+
+
+def _places(places: Sequence[_Place]) -> Callable[[int], str]:
+    return lambda position: str(places[position])
+
+
+def _is_increasing(numbers: array[int]) -> bool:
+    return all(before < after for before, after in pairwise(numbers))

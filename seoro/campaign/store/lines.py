@@ -5,8 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
 from seoro.files.inputs import Kind, open_input
+
+_READ: Final = 1 << 20  # [bytes] of a block
+_BLOCK: Final = 1 << 16  # [bytes] read at a time from the end
 
 
 class Appender:
@@ -49,14 +53,26 @@ def read_lines(path: Path) -> Iterator[bytes]:
     Raises:
         OSError: It cannot be read.
     """
+    for lines in read_blocks(path):
+        yield from lines
+
+
+def read_blocks(path: Path) -> Iterator[list[bytes]]:
+    """Yield the whole lines of a file in blocks of about a megabyte; none if it is missing.
+
+    Raises:
+        OSError: It cannot be read.
+    """
     try:
         file = open_input(path, Kind.CAMPAIGN)
     except FileNotFoundError:
         return
     with file:
-        for line in file:
-            if line.endswith(b"\n"):
-                yield line
+        while lines := file.readlines(_READ):
+            if not lines[-1].endswith(b"\n"):  # torn
+                del lines[-1]
+            if lines:
+                yield lines
 
 
 def cut_torn_line(path: Path) -> None:
@@ -81,6 +97,3 @@ def cut_torn_line(path: Path) -> None:
             end = start
         if end < size:
             file.truncate(end)
-
-
-_BLOCK = 1 << 16  # [bytes] read at a time from the end
