@@ -9,7 +9,7 @@ from typing import Final
 
 import anyio
 
-from seoro.campaign.engine import Engine, MachineLost, NotBegun, WorkerDied
+from seoro.campaign.engine import Engine, Killed, MachineLost, NotBegun, WorkerDied
 from seoro.campaign.identity import row_of
 from seoro.campaign.planner import Planner
 from seoro.campaign.runs import End, Planned, Row
@@ -20,7 +20,7 @@ from seoro.errors import cause_of
 CHUNK_TIME: Final = 1.0  # [s] for a chunk of short runs; longer ones are handed out one by one
 MOST: Final = 256  # runs of a chunk
 ATTEMPTS: Final = 2  # a run that has ended its worker is tried once more, alone
-ATTEMPTS_ON_MACHINES: Final = 5  # the same, for a run whose machine was lost
+ATTEMPTS_IF_LOST: Final = 5  # the same, for a run whose machine was lost, or whose worker was killed
 
 
 class Coordinator:
@@ -141,11 +141,11 @@ class Coordinator:
             self._is_stopping = True
 
     def _recover(self, lost: list[Planned], died: WorkerDied) -> None:
-        """Return the lost runs to the planner; the first had begun, and ends as an error if it did so before."""
+        """Return the lost runs to the planner; the first, which had begun, is an error after its last attempt."""
         first, *others = lost
         for each in others:
             self._planner.give_back(each)
-        if first.attempt < (ATTEMPTS_ON_MACHINES if isinstance(died, MachineLost) else ATTEMPTS):
+        if first.attempt < (ATTEMPTS_IF_LOST if isinstance(died, MachineLost | Killed) else ATTEMPTS):
             self._planner.give_back(replace(first, attempt=first.attempt + 1))
             return
         campaign = self._folder.campaign

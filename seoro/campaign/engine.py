@@ -16,6 +16,10 @@ class MachineLost(WorkerDied):
     """The machine of a worker is lost, which is hardly the fault of its run."""
 
 
+class Killed(WorkerDied):
+    """A worker or its simulator was killed from outside, which is hardly the fault of its run."""
+
+
 class NotBegun(WorkerDied):
     """None of the runs without a row had begun; they cost no attempt."""
 

@@ -40,7 +40,7 @@ class Planned(Value):
         values: Values of parameters by path, in the notation of the scenario.
         strategy: Strategy that asked for it, with its reason.
         parent: Number of the run that it was derived from; 0 without one.
-        attempt: Number of the attempt, from 1. A run whose worker died is tried once more.
+        attempt: Number of the attempt, from 1. A run whose worker died is tried again.
     """
 
     number: int

@@ -259,10 +259,11 @@ def rows_so_far() -> int:
 
 def simulators_of(process: int) -> list[int]:
     """Return the simulators that a process or a descendant of it has started."""
-    return [int(found) for found in processes_of("sim_nodes") if process in _ancestors(found)]
+    return [int(found) for found in processes_of("sim_nodes") if process in parents_of(found)]
 
 
-def _ancestors(process: str) -> Iterator[int]:
+def parents_of(process: str) -> Iterator[int]:
+    """Yield the parent of a process, the parent of that, and so on."""
     while process != "0":
         process = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1]
         yield int(process)

@@ -6,8 +6,10 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from pathlib import Path
 
-from seoro.campaign.coordinator import ATTEMPTS_ON_MACHINES, Coordinator
-from seoro.campaign.engine import MachineLost
+import pytest
+
+from seoro.campaign.coordinator import ATTEMPTS, ATTEMPTS_IF_LOST, Coordinator
+from seoro.campaign.engine import Killed, MachineLost, WorkerDied
 from seoro.campaign.engines import Engines
 from seoro.campaign.planner import Planner
 from seoro.campaign.runs import End, Planned, Row
@@ -24,6 +26,7 @@ class Machine:
         self.active = 0
         self.most = 0
         self.lost_chunks = 0  # that will be lost, instead of carried out
+        self.loss: type[WorkerDied] = MachineLost
         self._changed = asyncio.Event()
         self._stopped = False
 
@@ -43,7 +46,7 @@ class Machine:
                 await asyncio.sleep(0)
                 if self.lost_chunks or self._stopped:
                     self.lost_chunks -= 1
-                    raise MachineLost(f"{self.name} is lost")
+                    raise self.loss(f"{self.name} is lost")
                 yield Row(each.number, "", each.variant, each.repeat, each.seed, End.PASSED, worker=self.name)
         finally:
             self.active -= 1
@@ -110,16 +113,22 @@ async def test_a_campaign_waits_for_a_machine_and_is_stopped_meanwhile(tmp_path:
     opened.close()
 
 
-async def test_runs_of_lost_machines_are_made_again(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("loss", "attempts"), [(MachineLost, ATTEMPTS_IF_LOST), (Killed, ATTEMPTS_IF_LOST), (WorkerDied, ATTEMPTS)]
+)
+async def test_lost_runs_are_made_again(loss: type[WorkerDied], attempts: int, tmp_path: Path) -> None:
     machine = Machine("weak", 1)
-    machine.lost_chunks = ATTEMPTS_ON_MACHINES - 1
+    machine.loss, machine.lost_chunks = loss, attempts - 1
     rows = await carry_out(tmp_path, Engines([machine]), 1)
     assert [(row.run, row.status) for row in rows] == [(1, End.PASSED)]
 
 
-async def test_a_run_that_loses_each_machine_is_an_error(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("loss", "attempts"), [(Killed, ATTEMPTS_IF_LOST), (WorkerDied, ATTEMPTS)])
+async def test_a_run_that_is_lost_each_time_is_an_error(
+    loss: type[WorkerDied], attempts: int, tmp_path: Path
+) -> None:
     machine = Machine("weak", 1)
-    machine.lost_chunks = ATTEMPTS_ON_MACHINES
+    machine.loss, machine.lost_chunks = loss, attempts
     rows = await carry_out(tmp_path, Engines([machine]), 3)
     assert sorted((row.run, row.status, row.reason) for row in rows if row.run == 1) == [
         (1, End.ERROR, "weak is lost")

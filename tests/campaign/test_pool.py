@@ -1,5 +1,8 @@
-"""Slots of the pool whose simulator does not start."""
+"""Slots of the pool whose simulator or worker does not start, or is killed."""
 
+import asyncio
+import os
+import signal
 from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -8,13 +11,17 @@ from typing import cast
 
 import pytest
 
-from seoro.campaign.engine import NotBegun
+import seoro.campaign
+from seoro.campaign.asking import CampaignFields
+from seoro.campaign.engine import Killed, NotBegun, WorkerDied
 from seoro.campaign.pool import pool
 from seoro.campaign.pool.simulators import Node
+from seoro.campaign.runs import End, Row
 from seoro.campaign.store.folder import read_campaign
-from seoro.concurrency.forks.using import Forks
+from seoro.concurrency.forks.using import Forked, Forks, NoProcess
 from seoro.errors import BackendError
 from tests.campaign.generated import generate
+from tests.campaign.test_campaigns import parents_of, processes_of
 
 
 async def test_a_simulator_that_started_before_is_started_again(
@@ -26,7 +33,7 @@ async def test_a_simulator_that_started_before_is_started_again(
     async def node(_name: str) -> AsyncIterator[Node]:
         if not next(works):
             raise BackendError("no memory")
-        yield Node("", 1, deque())
+        yield Node("", cast(asyncio.subprocess.Process, None), deque())
 
     monkeypatch.setattr(pool, "simulator_node", node)
     generate(tmp_path, 0)
@@ -41,3 +48,50 @@ async def test_a_simulator_that_started_before_is_started_again(
         else:
             with pytest.raises(expected, match="no memory"):
                 await slot._start_simulator("mujoco")
+
+
+class NoForks:
+    """Fork server that does not work."""
+
+    async def fork(self) -> Forked:
+        """Fork no process."""
+        raise NoProcess("killed")
+
+
+async def test_a_worker_that_started_before_is_started_again(tmp_path: Path) -> None:
+    generate(tmp_path, 0)
+    slot = pool._Slot(read_campaign(tmp_path), tmp_path, cast(Forks, NoForks()), "w")
+    with pytest.raises(BackendError, match="no worker can be started: killed"):  # for the first time
+        await slot._fork()
+    slot._count, slot._failed_forks = 1, 0
+    for expected in (NotBegun, NotBegun, BackendError):
+        with pytest.raises(expected, match="killed"):
+            await slot._fork()
+
+
+@pytest.mark.parametrize(
+    ("status", "kind", "text"),
+    [
+        (-signal.SIGKILL, Killed, "the process of the run was killed by SIGKILL"),
+        (-signal.SIGSEGV, WorkerDied, "the run ended its process by SIGSEGV: at 0"),
+        (3, WorkerDied, "the run ended its process with status 3: at 0"),
+        (None, Killed, "the worker died with its fork server"),
+    ],
+)
+def test_a_kill_is_no_crash(status: int | None, kind: type[WorkerDied], text: str) -> None:
+    died = pool._death("the run", status, "at 0")
+    assert (type(died), str(died)) == (kind, text)
+
+
+async def test_a_killed_fork_server_is_replaced(tmp_path: Path) -> None:
+    file, folder = tmp_path / "main.osc", tmp_path / "out"
+    file.write_text("import osc.helpers\nscenario main:\n    do log('x')\n")
+    arguments: CampaignFields = {"clock": "virtual", "repeat": 4, "jobs": 1, "isolation": "run", "folder": folder}
+    rows: list[Row] = []
+    async with seoro.campaign.start(file, **arguments) as campaign:
+        async for row in campaign.runs():
+            rows.append(row)
+            if len(rows) == 1:
+                (server,) = (each for each in processes_of(str(folder)) if next(parents_of(each)) == os.getpid())
+                os.kill(int(server), signal.SIGKILL)
+    assert sorted((row.run, row.status) for row in rows) == [(run, End.PASSED) for run in range(1, 5)]

@@ -14,7 +14,7 @@ import distributed
 
 from seoro.bundle.paths import InvalidPath, check_path
 from seoro.campaign.dask.tasks import Done, Shipment, close, ship, work
-from seoro.campaign.engine import MachineLost, WorkerDied
+from seoro.campaign.engine import Killed, MachineLost, WorkerDied
 from seoro.campaign.remote.rows import InvalidRow
 from seoro.campaign.remote.store import RemoteStore
 from seoro.campaign.runs import Planned, Row
@@ -115,7 +115,7 @@ class DaskEngine:
             for row in self._stored(part, done):
                 yield row
             if done.died:
-                raise WorkerDied(done.died)
+                raise (Killed if done.was_killed else WorkerDied)(done.died)
 
     def stop(self) -> None:
         """Stop the runs in progress; see `Engine`."""

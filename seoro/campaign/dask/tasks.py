@@ -19,7 +19,7 @@ import distributed
 
 from seoro import __version__
 from seoro.bundle.paths import check_path
-from seoro.campaign.engine import WorkerDied
+from seoro.campaign.engine import Killed, WorkerDied
 from seoro.campaign.pool.pool import Pool, open_pool
 from seoro.campaign.runs import Planned
 from seoro.campaign.store.folder import RUNS, CampaignFile, write_campaign
@@ -54,12 +54,14 @@ class Done(NamedTuple):
         rows: Rows of the runs that have ended, as lines.
         kept: Files of kept runs by number and path.
         died: Reason why the other runs were lost; empty if all have ended.
+        was_killed: Whether they were lost because a process was killed from outside.
         error: Reason why the worker cannot make runs; empty if it can.
     """
 
     rows: Sequence[str] = ()
     kept: Mapping[int, Mapping[str, bytes]] = {}
     died: str = ""
+    was_killed: bool = False
     error: str = ""
 
 
@@ -173,7 +175,7 @@ class Host:
         watching = asyncio.create_task(self._stop_unwanted(is_wanted))
         rows: list[str] = []
         kept: dict[int, Mapping[str, bytes]] = {}
-        died = ""
+        died, was_killed = "", False
         try:
             async for row in self._pool.run(runs):
                 if not row.folder:
@@ -186,14 +188,14 @@ class Host:
                     rows.append(row.to_line())
                     kept[row.run] = files
         except WorkerDied as error:
-            died = str(error)
+            died, was_killed = str(error), isinstance(error, Killed)
         finally:
             watching.cancel()
             self._active -= 1
             self._ended += 1
             if not self._active:
                 self._idle.set()
-        return Done(rows, kept, died)
+        return Done(rows, kept, died, was_killed)
 
     async def _stop_unwanted(self, is_wanted: Callable[[], bool]) -> None:
         while is_wanted():  # noqa: ASYNC110 - Dask has no event for it

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.bundle.unpack import limit_of
-from seoro.campaign.engine import NotBegun, WorkerDied
+from seoro.campaign.engine import Killed, NotBegun, WorkerDied
 from seoro.campaign.pool.simulators import Node, own_simulator, simulator_node
 from seoro.campaign.pool.worker import FATAL, LOST, STOP, Start
 from seoro.campaign.runs import End, Planned, Row
@@ -22,8 +22,9 @@ from seoro.concurrency.forks.using import Forked, Forks, NoProcess, open_forks
 from seoro.errors import BackendError, UsageError
 
 TEMPLATE: Final = "seoro.campaign.pool.template"
+FROM_OUTSIDE: Final = {-signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT, -signal.SIGHUP}  # ends of processes
 AHEAD: Final = 8  # runs that a worker has in its pipe, which must not fill
-MOST_FAILED: Final = 3  # starts of a simulator, one after another
+MOST_FAILED: Final = 3  # starts of a simulator or of a worker, one after another
 MARGIN: Final = 30.0  # [s] beyond the limit of wall time, for a run that does not end by itself
 
 
@@ -98,6 +99,7 @@ class _Slot:
         self._count = 0  # of workers
         self._is_stopped = False
         self._failed_starts = 0  # of the simulator, since it started last
+        self._failed_forks = 0  # of a worker, since one started last
         self._limit = limit_of(campaign.manifest.options).seconds + MARGIN
 
     async def run(self, runs: Sequence[Planned]) -> AsyncIterator[Row]:
@@ -135,7 +137,7 @@ class _Slot:
         """Wait for the next row.
 
         Raises:
-            WorkerDied: The worker has died or hangs.
+            WorkerDied: The worker or its simulator has died, or the worker hangs.
             UsageError: Rows cannot be written.
         """
         try:
@@ -148,28 +150,26 @@ class _Slot:
             raise UsageError(f"cannot write results: {line[1:].decode(errors='replace').strip()}")
         if line == LOST:
             await self._drop(worker)
-            raise WorkerDied(await self._end_of_simulator())
+            raise await self._end_of_simulator()
         if not line.endswith(b"\n"):
-            raise WorkerDied(_death(await self._drop(worker)))
+            raise _death("the run", await self._drop(worker))
         return Row.from_line(line)
 
     async def _start_worker(self) -> Forked:
         """Start a worker, and first its simulator if it needs one.
 
         Raises:
-            BackendError: One of them cannot be started.
+            NotBegun: One of them did not start this time, but did before.
+            BackendError: One of them did not start for the first time, or several times.
         """
         simulator = own_simulator(self._campaign.manifest.options.simulator)
         if simulator is not None and self._node is None and self._campaign.isolation != "process":
             self._node = await self._start_simulator(simulator)
-        try:
-            worker = await self._fork()
-        except NoProcess as error:
-            raise BackendError(f"no worker can be started: {error}") from error
+        worker = await self._fork()
         self._count += 1
         start = Start(name=f"{self._name}-{self._count}")
         if self._node is not None:
-            start = Start(name=start.name, endpoint=self._node.endpoint, simulator=self._node.process)
+            start = Start(name=start.name, endpoint=self._node.endpoint, simulator=self._node.process.pid)
         self._send(worker, start.model_dump_json().encode() + b"\n")
         if self._is_stopped:  # meanwhile
             self._send(worker, STOP)
@@ -193,11 +193,25 @@ class _Slot:
         return node
 
     async def _fork(self) -> Forked:
-        """Fork a worker; from a new Python for `process`."""
-        if self._campaign.isolation != "process":
-            return await self._forks.fork()
-        forks = await self._python.enter_async_context(open_forks(TEMPLATE, arguments=[str(self._folder)]))
-        return await forks.fork()
+        """Fork a worker; from a new Python for `process`.
+
+        Raises:
+            NotBegun: The fork server was killed; it will be started again.
+            BackendError: It was not started for the first time, or several times.
+        """
+        forks = self._forks
+        if self._campaign.isolation == "process":
+            forks = await self._python.enter_async_context(open_forks(TEMPLATE, arguments=[str(self._folder)]))
+        try:
+            worker = await forks.fork()
+        except NoProcess as error:
+            await self._python.aclose()
+            self._failed_forks += 1
+            if not self._count or self._failed_forks == MOST_FAILED:
+                raise BackendError(f"no worker can be started: {error}") from error
+            raise NotBegun(str(error)) from error
+        self._failed_forks = 0
+        return worker
 
     def stop(self) -> None:
         """Stop the present run, and begin no others."""
@@ -225,12 +239,12 @@ class _Slot:
             self._node = None
             await self._stack.aclose()
 
-    async def _end_of_simulator(self) -> str:
+    async def _end_of_simulator(self) -> WorkerDied:
         """Clean up after a simulator that has died; returns how it ended."""
-        assert self._node is not None, "it was that of the worker"
-        errors = self._node.errors
+        node = self._node
+        assert node is not None, "it was that of the worker"
         await self._end_simulator()
-        return f"the simulator ended its process: {errors[-1]}" if errors else "the simulator ended its process"
+        return _death("the simulator", node.process.returncode, node.errors[-1] if node.errors else "")
 
     async def _drop(self, worker: Forked) -> int | None:
         """Kill a worker that hangs or has died, with the programs that it has started; returns its exit status."""
@@ -249,10 +263,17 @@ class _Slot:
                 data = data[os.write(worker.control, data) :]
 
 
-def _death(status: int | None) -> str:
-    """Describe the end of a worker."""
+def _death(what: str, status: int | None, last: str = "") -> WorkerDied:
+    """Describe the end of a process.
+
+    Args:
+        what: Owner of the process.
+        status: Its exit status; None if it is unknown, since the fork server has died, too.
+        last: Last line of its stderr; may be empty.
+    """
     if status is None:
-        return "the worker died"
-    if status < 0:
-        return f"the run ended its process by {signal.Signals(-status).name}"
-    return f"the run ended its process with status {status}"
+        return Killed("the worker died with its fork server")
+    if status in FROM_OUTSIDE:
+        return Killed(f"the process of {what} was killed by {signal.Signals(-status).name}")
+    how = f"by {signal.Signals(-status).name}" if status < 0 else f"with status {status}"
+    return WorkerDied(f"{what} ended its process {how}{last and f': {last}'}")

@@ -31,12 +31,12 @@ class Node(Value):
 
     Args:
         endpoint: Its Zenoh endpoint.
-        process: Its process id.
+        process: Its process.
         errors: Last lines of its stderr so far.
     """
 
     endpoint: str
-    process: int
+    process: asyncio.subprocess.Process
     errors: deque[str]
 
 
@@ -90,7 +90,7 @@ async def simulator_node(name: str) -> AsyncIterator[Node]:
                 raise BackendError(
                     f"the simulator {name} did not start: it ended with status {await process.wait()}{reason}"
                 )
-            yield Node(endpoint, process.pid, errors)
+            yield Node(endpoint, process, errors)
         except TimeoutError:
             raise BackendError(f"the simulator {name} did not start within {START_TIMEOUT:g} s") from None
         finally:
