@@ -34,7 +34,7 @@ from seoro.campaign.store.folder import (
     read_campaign,
     write_campaign,
 )
-from seoro.campaign.strategies.choice import make_strategy, text_of
+from seoro.campaign.strategies.choice import text_of
 from seoro.campaign.strategies.contract import Sampling, Strategy
 from seoro.embed.option_checks import check_options
 from seoro.embed.options import Options
@@ -257,29 +257,26 @@ def check_unchanged(campaign: CampaignFile, refusal: str, instead: str) -> None:
 @asynccontextmanager
 async def open_campaign(
     folder: CampaignFolder,
-    space: Space,
+    planner: Planner,
     places: Places,
     on_row: Callable[[Row], object],
     is_enough: Callable[[], bool] = lambda: False,
-    strategy: Strategy | None = None,
     note: Callable[[str], object] = lambda text: None,
 ) -> AsyncIterator[Coordinator]:
     """Open the engines of a campaign while the block lasts.
 
     Args:
         folder: Its folder.
-        space: Axes of the campaign, and their constraints.
+        planner: Plans its runs.
         places: Places of its runs.
         on_row: Called with each row.
         is_enough: Called after each row; returns whether no more runs shall begin.
-        strategy: Its strategy, unless `campaign.json` is enough to make it.
         note: Called with news about the places, for people.
 
     Raises:
-        UsageError: The strategy cannot be used with these axes, or a place cannot carry out the campaign.
+        UsageError: A place cannot carry out the campaign.
         BackendError: No process can be started.
     """
-    planner = Planner(folder, strategy or make_strategy(folder.campaign.strategy), space)
     async with open_engines(folder, places, note) as engine:
         yield Coordinator(folder, planner, engine, on_row, is_enough)
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from seoro.campaign.runs import End, Planned, Point, Row
 from seoro.campaign.space.space import Space
-from seoro.campaign.store.folder import CampaignFolder, read_rows
+from seoro.campaign.store.batches import Batch, read_batches
+from seoro.campaign.store.folder import CampaignFolder
 from seoro.campaign.strategies.contract import Batches, Sampling, Strategy, Told
 from seoro.errors import UsageError
 
@@ -22,12 +23,19 @@ class Planner:
         folder: Folder of the campaign. Planned runs of an earlier session that have not ended come first.
         strategy: Chooses the values.
         space: Axes of the campaign, and their constraints.
+        on_batch: Called with the rows of an earlier session, so that these are read once.
 
     Raises:
         UsageError: The strategy cannot be used with these axes, or a file of the folder is invalid.
     """
 
-    def __init__(self, folder: CampaignFolder, strategy: Strategy, space: Space) -> None:
+    def __init__(
+        self,
+        folder: CampaignFolder,
+        strategy: Strategy,
+        space: Space,
+        on_batch: Callable[[Batch], object] = lambda batch: None,
+    ) -> None:
         self._folder = folder
         self._campaign = folder.campaign
         self._strategy = strategy
@@ -39,23 +47,24 @@ class Planner:
         self._open: dict[int, Point] = {}  # variants of the last batch of a strategy that learns
         self._results: defaultdict[int, list[Row]] = defaultdict(list)  # of these
         self._asked = self._variants = self._possible = self._impossible = 0
-        self._continue()
+        self._continue(on_batch)
 
     # ------------------------------------------------------------ an earlier session
 
-    def _continue(self) -> None:
+    def _continue(self, on_batch: Callable[[Batch], object]) -> None:
         """Plan what an earlier session has left, and bring the strategy to where it was."""
         ended: set[int] = set()
-        for row in read_rows(self._folder.folder):
-            ended.add(row.run)
-            self.record(row)
+        for batch in read_batches(self._folder.folder):
+            on_batch(batch)
+            self._record_batch(batch)
+            ended.update(batch.column("run"))
         last: Planned | None = None
-        for last in self._folder.asked():
-            self._asked += 1
+        for last in self._folder.asked(ended):
             if last.number not in ended:
                 self._again.append(last)
         if last is None:
             return
+        self._asked = last.number
         point: Point | None = None
         for _ in range(last.variant):
             point = self._next_point()
@@ -109,6 +118,15 @@ class Planner:
             self._possible += 1
         if self._strategy.is_learning:
             self._results[row.variant].append(row)
+
+    def _record_batch(self, batch: Batch) -> None:
+        if self._strategy.is_learning:
+            for position in range(len(batch)):
+                self.record(batch.row(position))
+            return
+        impossible = len(batch.ends.get(End.IMPOSSIBLE, ()))
+        self._impossible += impossible
+        self._possible += len(batch) - impossible
 
     def check_possible(self) -> None:
         """Raise `UsageError` if the campaign is over without a possible run."""

@@ -15,6 +15,7 @@ from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.coverage.unreachable import note_unreachable, read_unreachable
 from seoro.campaign.opening import open_campaign
 from seoro.campaign.places import Places
+from seoro.campaign.planner import Planner
 from seoro.campaign.reader import RowReader
 from seoro.campaign.results.results import Results
 from seoro.campaign.results.tally import Tally
@@ -24,7 +25,8 @@ from seoro.campaign.state import State
 from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.stopping.rate import Rate
 from seoro.campaign.stopping.rules import CoverageGoal, Stop
-from seoro.campaign.store.folder import CampaignFolder, read_rows
+from seoro.campaign.store.folder import CampaignFolder
+from seoro.campaign.strategies.choice import make_strategy
 from seoro.campaign.strategies.contract import Strategy
 from seoro.errors import SeoroError
 
@@ -52,6 +54,9 @@ class Campaign(Results):
         space: As given.
         state: Its counts and its pass rate.
         is_discarded: Whether the folder was removed.
+
+    Raises:
+        UsageError: A file of the folder is invalid, or the strategy now chooses other values.
     """
 
     def __init__(
@@ -61,11 +66,13 @@ class Campaign(Results):
         self.space = space
         if any(isinstance(parse_rule(text), CoverageGoal) for text in folder.campaign.until):
             self._note_unreachable(MergedCoverage(folder.campaign.items))
-        self.state = State(folder.campaign, read_rows(folder.folder), read_unreachable(folder.folder))
+        self.state = State(folder.campaign, (), read_unreachable(folder.folder))
+        self._planner = Planner(
+            folder, strategy or make_strategy(folder.campaign.strategy), space, self.state.record_batch
+        )
         self.is_discarded = False
         self._opened = folder
         self._is_new = is_new
-        self._strategy = strategy
         self._on_row: Callable[[Row], object] = _ignore
         self._readers: WeakSet[RowReader] = WeakSet()
         self._coordinator: Coordinator | None = None
@@ -174,7 +181,7 @@ class Campaign(Results):
     async def _carry_out(self, places: Places, note: Callable[[str], object]) -> None:
         try:
             async with open_campaign(
-                self._opened, self.space, places, self._take, self.state.watch.is_enough, self._strategy, note
+                self._opened, self._planner, places, self._take, self.state.watch.is_enough, note
             ) as coordinator:
                 self._coordinator = coordinator
                 self._has_begun.set_result(None)

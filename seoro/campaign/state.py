@@ -10,6 +10,7 @@ from seoro.campaign.runs import Row
 from seoro.campaign.stopping.grammar import parse_rule
 from seoro.campaign.stopping.rate import Rate, Validity
 from seoro.campaign.stopping.watch import Watch
+from seoro.campaign.store.batches import Batch
 from seoro.campaign.store.covered import Unreachable
 from seoro.campaign.store.folder import CampaignFile
 
@@ -19,7 +20,7 @@ class State:
 
     Args:
         campaign: Content of its `campaign.json`.
-        rows: Rows of runs that have ended before.
+        batches: Rows of runs that have ended before.
         unreachable: Buckets of `cover` items that constraints exclude.
 
     Attributes:
@@ -28,23 +29,32 @@ class State:
         watch: Verdicts in the order of the runs.
 
     Raises:
-        UsageError: A stopping rule is invalid.
+        UsageError: A stopping rule or a row is invalid.
     """
 
     def __init__(
-        self, campaign: CampaignFile, rows: Iterable[Row], unreachable: Iterable[Unreachable] = ()
+        self, campaign: CampaignFile, batches: Iterable[Batch], unreachable: Iterable[Unreachable] = ()
     ) -> None:
         self.campaign = campaign
         self.tally = Tally()
         rules = [parse_rule(text) for text in campaign.until]
         self.watch = Watch(rules, campaign.budget, coverage=MergedCoverage(campaign.items, unreachable))
-        for row in rows:
-            self.record(row)
+        for batch in batches:
+            self.record_batch(batch)
 
     def record(self, row: Row) -> None:
         """Take the end of a run."""
         self.tally.count(row)
         self.watch.record(row)
+
+    def record_batch(self, batch: Batch) -> None:
+        """Take the ends of runs of an earlier session.
+
+        Raises:
+            UsageError: A row is invalid.
+        """
+        self.tally.count_batch(batch)
+        self.watch.record_batch(batch)
 
     @property
     def is_complete(self) -> bool:

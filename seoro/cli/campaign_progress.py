@@ -12,7 +12,8 @@ from typing import Final, Protocol
 from seoro.campaign.coverage.unreachable import read_unreachable
 from seoro.campaign.runs import End, Row
 from seoro.campaign.state import State
-from seoro.campaign.statistics.flaky import find_flaky
+from seoro.campaign.statistics.flaky import RepeatedIds, find_flaky
+from seoro.campaign.store.batches import read_batches
 from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
 from seoro.cli.campaign_stopping import rate_text
 from seoro.cli.output import is_terminal
@@ -122,14 +123,18 @@ def seeds_text(campaign: CampaignFile) -> str:
 
 def print_status(folder: Path) -> None:
     """Print how far a campaign is."""
-    campaign, rows = read_campaign(folder), sorted(read_rows(folder), key=lambda row: row.run)
-    state = State(campaign, rows, read_unreachable(folder))
+    campaign, ids = read_campaign(folder), RepeatedIds()
+    state = State(campaign, (), read_unreachable(folder))
+    for batch in read_batches(folder):
+        state.record_batch(batch)
+        ids.add(batch.column("id"))
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
     counts = f"{state.tally.runs:,}{of} runs: {state.tally.text}"
     print(f"{campaign.manifest.shown}: {counts}{rate_text(state, is_complete=False)}")
     if state.watch.stop is not None:
         print(f"  stopped: {state.watch.stop.reason}")
-    for flaky in find_flaky(rows):
+    repeated = [row for row in read_rows(folder) if row.id in ids.found] if ids.found else []
+    for flaky in find_flaky(sorted(repeated, key=lambda row: row.run)):
         numbers = ", ".join(str(row.run) for row in flaky.rows)
         print(
             f"  runs {numbers} have the same id, but other {'verdicts' if flaky.has_other_verdict else 'traces'}"

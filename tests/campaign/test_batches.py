@@ -1,4 +1,4 @@
-"""Rows in batches: the same as single rows, also from lines that nobody but seoro would write so."""
+"""Rows in batches equal single rows, also those of unusual lines."""
 
 import json
 from collections import Counter
@@ -8,13 +8,18 @@ from typing import Any
 
 import pytest
 
+import seoro.campaign
+from seoro.campaign import planner
+from seoro.campaign.places import Places
 from seoro.campaign.report.reservoir import Reservoir
 from seoro.campaign.runs import End, Row
+from seoro.campaign.starting import reopened
+from seoro.campaign.state import State
 from seoro.campaign.store import lines
 from seoro.campaign.store.batches import Batch, read_batches
-from seoro.campaign.store.folder import COORDINATOR, RUNS, read_rows
+from seoro.campaign.store.folder import COORDINATOR, RUNS, read_campaign, read_rows
 from seoro.errors import UsageError
-from tests.campaign.generated import row, rows, store
+from tests.campaign.generated import generate, row, rows, store
 
 ITEM = {"item": "main.way", "kind": "cover", "buckets": {"coverage": 1}}
 ODD = [
@@ -82,3 +87,45 @@ def test_each_item_is_in_a_sample_equally_often() -> None:
         counts.update(reservoir.items)
     assert len(counts) == 40
     assert all(abs(count - 250) < 5 * 15 for count in counts.values()), "five standard deviations"
+
+
+@pytest.mark.parametrize("until", [(), ("coverage 25%",), ("rate >= 0.9", "10 failures")])
+def test_a_state_from_batches_is_that_of_single_rows(until: tuple[str, ...], tmp_path: Path) -> None:
+    generate(tmp_path, 0)
+    campaign = read_campaign(tmp_path).model_copy(update={"until": until})
+    given = [*rows(300), row(301, End.IMPOSSIBLE), row(303, End.ERROR)]
+    store(tmp_path, "w1", given[150:])
+    store(tmp_path, "w2", given[:150])
+    single, found = State(campaign, ()), State(campaign, read_batches(tmp_path))
+    for each in given:
+        single.record(each)
+    assert (found.tally.ends, found.tally.impossible) == (single.tally.ends, 1)
+    assert found.watch.stop == single.watch.stop and (found.watch.stop is None) == (not until)
+    assert (found.watch.passed, found.watch.failed) == (single.watch.passed, single.watch.failed)
+    assert counts_of(found) == counts_of(single)
+
+
+def counts_of(state: State) -> object:
+    """Return the counts of all buckets, and how many have enough samples."""
+    (item,) = state.watch.coverage.items.values()
+    buckets = {name: (each.samples, each.passed, each.failed, each.first) for name, each in item.buckets.items()}
+    return buckets, item.reached
+
+
+async def test_the_rows_of_an_earlier_session_are_read_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, folder = tmp_path / "main.osc", tmp_path / "out"
+    file.write_text("import osc.helpers\nscenario main:\n    do log('x')\n")
+    async with seoro.campaign.start(file, clock="virtual", repeat=3, jobs=1, folder=folder) as first:
+        await first.wait()
+    read: list[Path] = []
+
+    def reading(each: Path) -> Iterator[Batch]:
+        read.append(each)
+        return read_batches(each)
+
+    monkeypatch.setattr(planner, "read_batches", reading)
+    campaign, _ = reopened(folder, 5, Places(jobs=1))
+    assert read == [folder] and campaign.tally.runs == 3
+    campaign._opened.close()

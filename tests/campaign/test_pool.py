@@ -16,7 +16,7 @@ from seoro.campaign.asking import CampaignFields
 from seoro.campaign.engine import Killed, NotBegun, WorkerDied
 from seoro.campaign.pool import pool
 from seoro.campaign.pool.simulators import Node
-from seoro.campaign.runs import End, Row
+from seoro.campaign.runs import End, Planned
 from seoro.campaign.store.folder import read_campaign
 from seoro.concurrency.forks.using import Forked, Forks, NoProcess
 from seoro.errors import BackendError
@@ -83,15 +83,18 @@ def test_a_kill_is_no_crash(status: int | None, kind: type[WorkerDied], text: st
     assert (type(died), str(died)) == (kind, text)
 
 
+@pytest.mark.parametrize("is_started_anew", [True])
 async def test_a_killed_fork_server_is_replaced(tmp_path: Path) -> None:
     file, folder = tmp_path / "main.osc", tmp_path / "out"
     file.write_text("import osc.helpers\nscenario main:\n    do log('x')\n")
-    arguments: CampaignFields = {"clock": "virtual", "repeat": 4, "jobs": 1, "isolation": "run", "folder": folder}
-    rows: list[Row] = []
+    arguments: CampaignFields = {"clock": "virtual", "repeat": 2, "isolation": "run", "folder": folder}
     async with seoro.campaign.start(file, **arguments) as campaign:
-        async for row in campaign.runs():
-            rows.append(row)
-            if len(rows) == 1:
-                (server,) = (each for each in processes_of(str(folder)) if next(parents_of(each)) == os.getpid())
-                os.kill(int(server), signal.SIGKILL)
-    assert sorted((row.run, row.status) for row in rows) == [(run, End.PASSED) for run in range(1, 5)]
+        await campaign.wait()
+    ends = []
+    async with pool.open_pool(read_campaign(folder), folder, 1) as opened:
+        for number in (3, 4):
+            planned = Planned(number, number, 1, 7, {}, "grid")
+            ends += [(row.run, row.status) async for row in opened.run([planned])]
+            (server,) = (each for each in processes_of(str(folder)) if next(parents_of(each)) == os.getpid())
+            os.kill(int(server), signal.SIGKILL)
+    assert ends == [(3, End.PASSED), (4, End.PASSED)]

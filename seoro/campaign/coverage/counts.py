@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from seoro.campaign.coverage.items import MOST_BUCKETS
 from seoro.campaign.runs import End, Row
+from seoro.campaign.store.batches import Batch
 from seoro.campaign.store.covered import CoveredItem, Unreachable
 from seoro.lang.lazy_dataclass import lazy_dataclass
 
@@ -19,8 +20,8 @@ class EqualRuns(NamedTuple):
     """Runs with equal coverage.
 
     Args:
-        passed: Number of those that passed.
-        failed: Number of those that failed.
+        passed: Number of passed runs.
+        failed: Number of failed runs.
         first: Least number of a run.
     """
 
@@ -209,6 +210,20 @@ class MergedCoverage:
             elif counts.total is None:
                 counts.total = plain["total"]
             counts.add(plain, runs)
+
+    def add_batch(self, batch: Batch) -> None:
+        """Add the coverage of the runs of a batch that passed or failed.
+
+        Raises:
+            UsageError: A row is invalid.
+        """
+        runs = batch.column("run")
+        passed, failed = batch.ends.get(End.PASSED, ()), batch.ends.get(End.FAILED, ())
+        have_passed = set(passed)
+        for coverage, positions in batch.coverage([*passed, *failed]):
+            count = sum(map(have_passed.__contains__, positions))
+            first = min(map(runs.__getitem__, positions))
+            self.add_equal(coverage, EqualRuns(count, len(positions) - count, first))
 
     @property
     def share(self) -> float:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.coverage.unreachable import read_unreachable
-from seoro.campaign.runs import End
+from seoro.campaign.store.batches import read_batches
 from seoro.campaign.store.covered import CoveredItem
-from seoro.campaign.store.folder import read_campaign, read_rows
+from seoro.campaign.store.folder import read_campaign
 from seoro.errors import UsageError
 
 
@@ -38,9 +38,8 @@ def coverage_of(folders: Sequence[Path]) -> MergedCoverage:
         unreachable = {key: each for key, each in unreachable.items() if key in found}
     merged = MergedCoverage((item for item, _ in items.values()), unreachable.values())
     for folder in folders:
-        for row in read_rows(folder):
-            if row.status in (End.PASSED, End.FAILED):
-                merged.add(row)
+        for batch in read_batches(folder):
+            merged.add_batch(batch)
     return merged
 
 

@@ -10,7 +10,7 @@ from itertools import chain
 from operator import itemgetter
 from typing import Any, Final, TypeAlias
 
-from seoro.campaign.coverage.counts import EqualRuns, MergedCoverage
+from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.report.columns import Column
 from seoro.campaign.report.reservoir import Reservoir
 from seoro.campaign.results.tally import Tally
@@ -84,14 +84,14 @@ def summarize(batches: Iterable[Batch], seed: int, coverage: MergedCoverage | No
     """
     found = Summary(coverage=coverage or MergedCoverage(), sample=Reservoir(SAMPLE, seed))
     for batch in batches:
-        _count(found, _made(batch, found))
+        found.count_batch(batch)
+        _count(found, _made(batch))
     return found
 
 
-def _made(batch: Batch, found: Summary) -> Batch:
+def _made(batch: Batch) -> Batch:
     """Leave out runs that constraints exclude, which are only counted."""
     excluded = batch.ends.get(End.IMPOSSIBLE, ())
-    found.impossible += len(excluded)
     if not excluded:
         return batch
     without = set(excluded)
@@ -99,13 +99,12 @@ def _made(batch: Batch, found: Summary) -> Batch:
 
 
 def _count(found: Summary, batch: Batch) -> None:
-    found.ends.update({end: len(positions) for end, positions in batch.ends.items()})
     found.cpu += sum(batch.column("cpu")) + sum(batch.column("sim_cpu"))
     _count_hosts(found, batch)
     _group(found.failures, batch)
     _rank(found.worst, batch)
     passed, failed = batch.ends.get(End.PASSED, ()), batch.ends.get(End.FAILED, ())
-    _count_coverage(found.coverage, batch, passed, failed)
+    found.coverage.add_batch(batch)
     values, measured = batch.column("values"), batch.column("measured")
     for positions, has_failed in ((passed, False), (failed, True)):
         chosen = [values[position] for position in positions]
@@ -122,14 +121,6 @@ def _count_hosts(found: Summary, batch: Batch) -> None:
     if started:
         found.first = min(found.first or started[0], *started)
         found.last = max(found.last, *started)
-
-
-def _count_coverage(coverage: MergedCoverage, batch: Batch, passed: Sequence[int], failed: Sequence[int]) -> None:
-    runs, have_passed = batch.column("run"), set(passed)
-    for items, positions in batch.coverage([*passed, *failed]):
-        count = sum(map(have_passed.__contains__, positions))
-        first = min(map(runs.__getitem__, positions))
-        coverage.add_equal(items, EqualRuns(count, len(positions) - count, first))
 
 
 def _count_columns(columns: dict[str, Column], rows: Sequence[Mapping[str, Any]], has_failed: bool) -> None:

@@ -12,7 +12,8 @@ from seoro.campaign.results.html import MOST_ROWS, table_html
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.state import State
 from seoro.campaign.stopping.rate import Rate
-from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
+from seoro.campaign.store.batches import read_batches
+from seoro.campaign.store.folder import CampaignFile, read_campaign
 from seoro.campaign.store.index import RowIndex
 from seoro.embed.arguments import AnyPath, to_path
 
@@ -76,7 +77,7 @@ class Results:
         return write_results(self.folder)
 
     def _state(self) -> State:
-        return State(self.campaign, read_rows(self.folder), read_unreachable(self.folder))
+        return State(self.campaign, read_batches(self.folder), read_unreachable(self.folder))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.campaign.manifest.shown} in {self.folder}: {self.tally.text}>"

@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import field
 
 from seoro.campaign.runs import End, Row
+from seoro.campaign.store.batches import Batch
 from seoro.lang.lazy_dataclass import lazy_dataclass
 
 
@@ -27,6 +28,12 @@ class Tally:
             self.impossible += 1
         else:
             self.ends[row.status] += 1
+
+    def count_batch(self, batch: Batch) -> None:
+        """Count the rows of a batch."""
+        counts = {end: len(positions) for end, positions in batch.ends.items()}
+        self.impossible += counts.pop(End.IMPOSSIBLE, 0)
+        self.ends.update(counts)
 
     @property
     def runs(self) -> int:

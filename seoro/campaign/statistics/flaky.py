@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Collection, Iterable
 
 from seoro.campaign.runs import End, Row
 from seoro.lang.frozen import Value
@@ -20,6 +21,26 @@ class Flaky(Value):
     id: str
     rows: tuple[Row, ...]
     has_other_verdict: bool
+
+
+class RepeatedIds:
+    """Ids that occur several times.
+
+    Attributes:
+        found: The ids.
+    """
+
+    def __init__(self) -> None:
+        self.found: set[str] = set()
+        self._seen: set[str] = set()
+
+    def add(self, ids: Collection[str]) -> None:
+        """Add ids."""
+        new = set(ids)
+        if len(new) < len(ids):
+            self.found.update(each for each, count in Counter(ids).items() if count > 1)
+        self.found |= new & self._seen
+        self._seen |= new
 
 
 def find_flaky(rows: Iterable[Row]) -> tuple[Flaky, ...]:

@@ -9,6 +9,7 @@ from typing import Final
 from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.runs import End, Row
 from seoro.campaign.stopping.rules import CoverageGoal, RateBound, RateTest, Rule, Stop
+from seoro.campaign.store.batches import Batch
 
 _IS_PASSED: Final = {End.PASSED: True, End.FAILED: False}
 
@@ -58,6 +59,26 @@ class Watch:
                 self.coverage.add(kept)
                 kept = None
             self._early[row.run] = row.status, kept
+        self._count_next()
+
+    def record_batch(self, batch: Batch) -> None:
+        """Take the ends of runs of earlier sessions, each for the first time.
+
+        Raises:
+            UsageError: A row is invalid.
+        """
+        if self.needs_coverage:
+            for position in range(len(batch)):
+                self.record(batch.row(position))
+            return
+        self.coverage.add_batch(batch)
+        runs = batch.column("run")
+        for end, positions in batch.ends.items():
+            self._early.update((runs[position], (end, None)) for position in positions)
+        self._count_next()
+
+    def _count_next(self) -> None:
+        """Count the runs before the first that has not ended."""
         while (ended := self._early.pop(self._next, None)) is not None:
             end, kept = ended
             self._next += 1

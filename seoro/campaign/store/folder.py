@@ -16,7 +16,7 @@ import fcntl
 import os
 import re
 import shutil
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Container, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Final, Literal
@@ -127,13 +127,25 @@ class CampaignFolder:
         """Note planned runs, before they are handed out."""
         self._asked.append("".join(each.to_line() for each in planned))
 
-    def asked(self) -> Iterator[Planned]:
-        """Yield the planned runs of earlier sessions, in order."""
-        for number, line in enumerate(read_lines(self.folder / ASKED), start=1):
-            try:
-                yield Planned.from_line(line)
-            except (ValueError, TypeError) as error:
-                raise UsageError(f"{self.folder / ASKED}:{number}: invalid line: {error}") from error
+    def asked(self, ended: Container[int] = ()) -> Iterator[Planned]:
+        """Yield the planned runs of earlier sessions, in order.
+
+        Args:
+            ended: Numbers of runs to leave out, apart from the last one.
+
+        Raises:
+            UsageError: A line is invalid.
+        """
+        left_out: tuple[bytes, int] | None = None
+        for place, line in enumerate(read_lines(self.folder / ASKED), start=1):
+            number = _NUMBER.match(line)  # decoding all lines would take most of the time
+            if number is not None and int(number[1]) in ended:
+                left_out = line, place
+            else:
+                left_out = None
+                yield _planned_in(line, self.folder, place)
+        if left_out is not None:
+            yield _planned_in(left_out[0], self.folder, left_out[1])
 
     def close(self) -> None:
         """Close its files, and release the lock."""
@@ -262,13 +274,17 @@ def find_planned(folder: Path, numbers: Collection[int]) -> dict[int, Planned]:
             break
         first = _NUMBER.match(line)  # decoding all lines would take most of the time
         if first is None or int(first[1]) in numbers:
-            try:
-                planned = Planned.from_line(line)
-            except (ValueError, TypeError) as error:
-                raise UsageError(f"{folder / ASKED}:{place}: invalid line: {error}") from error
+            planned = _planned_in(line, folder, place)
             if planned.number in numbers:
                 found[planned.number] = planned
     return found
+
+
+def _planned_in(line: bytes, folder: Path, place: int) -> Planned:
+    try:
+        return Planned.from_line(line)
+    except (ValueError, TypeError) as error:
+        raise UsageError(f"{folder / ASKED}:{place}: invalid line: {error}") from error
 
 
 def _locked(folder: Path) -> int:

@@ -122,7 +122,7 @@ class RowIndex:
                         ends.clear()
                     file = opened[shard] = stack.enter_context(open_input(self._shards[shard], Kind.CAMPAIGN))
                 if ends.get(shard) != offset:
-                    file.seek(offset)  # it discards what was read ahead
+                    file.seek(offset)  # it discards the buffer
                 line = file.readline()
                 ends[shard] = offset + len(line)
                 yield line, _Place(self._shards[shard], offset)

@@ -105,7 +105,7 @@ async def _open_worker(work: Work, name: str, stack: AsyncExitStack) -> Worker:
     if simulator is None:
         return Worker(work, name)
     node = await stack.enter_async_context(simulator_node(simulator))
-    return Worker(work, name, node.endpoint, node.process)
+    return Worker(work, name, node.endpoint, node.process.pid)
 
 
 class _GivenRuns:
