@@ -30,6 +30,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "bag": "show the contents of a ROS 2 bag, or repair a truncated one",
     "fmt": "format scenario files (coding style guide of the standard)",
     "explain": "explain error codes, with examples",
+    "dap": "run a debug adapter for editors (breakpoints, steps, variables)",
     "lsp": "run the language server for editors (diagnostics, completion, hover, definitions)",
     "serve": "run an executor: accept scenarios over the network and run them",
     "check-node": "check whether a simulator node keeps the rules of the protocol",

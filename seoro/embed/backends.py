@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from seoro.lab.resetting import Reset
     from seoro.lab.selectors import Selector
     from seoro.lab.teardown import Teardown
+    from seoro.runtime.debug.debugger import Debugger
 
 
 class OpenBackends(Value):
@@ -176,7 +177,9 @@ def _ros_options(ros: Ros) -> RosOptions:
     return RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)
 
 
-def make_clock(name: ClockName, node: SimulatorNode | None, rate: float, readers: Readers) -> Clock:
+def make_clock(
+    name: ClockName, node: SimulatorNode | None, rate: float, readers: Readers, debugger: Debugger | None = None
+) -> Clock:
     """Make the clock of a run.
 
     Args:
@@ -184,10 +187,23 @@ def make_clock(name: ClockName, node: SimulatorNode | None, rate: float, readers
         node: Simulator that provides the clock, if any.
         rate: Rate of the simulator, in simulated seconds per second.
         readers: Readers of the trace; virtual and simulated time wait for them.
+        debugger: Debugger of the run, which stops its time, too.
+
+    Raises:
+        UsageError: The clock cannot be stopped for the debugger.
     """
-    if node is not None:
-        return ReadClock(SimulatorClock(node, rate), readers)
-    return ReadClock(VirtualClock(), readers) if name == "virtual" else RealClock()
+    if node is None and name != "virtual":
+        if debugger is not None:
+            raise UsageError(
+                "a run on the real clock cannot be paused", help="choose the virtual clock, or a simulator"
+            )
+        return RealClock()
+    clock = SimulatorClock(node, rate) if node is not None else VirtualClock()
+    if debugger is None:
+        return ReadClock(clock, readers)
+    from seoro.runtime.debug.clock import DebugClock  # noqa: PLC0415 - for runs that are debugged
+
+    return ReadClock(DebugClock(clock, debugger), readers)
 
 
 def actor_names(plan: Plan) -> frozenset[str]:

@@ -39,6 +39,7 @@ from seoro.robotics.tracks import POSE_RATE
 if TYPE_CHECKING:
     from seoro.embed.scenarios import Scenario
     from seoro.runtime.contracts.observers import Observer
+    from seoro.runtime.debug.debugger import Debugger
 
 ROS_SIMULATOR = "ros"  # name for the simulator of the ROS 2 system
 
@@ -210,6 +211,7 @@ class Options(Value):
         vet: Called with the plan before anything starts; `start` propagates its exceptions.
         load: Function that loads the scenarios of a lab file; by default `seoro.load`.
         locate: Function that maps absolute paths of files.
+        debugger: Debugger of the run, which needs a virtual or simulated clock.
     """
 
     name: str | None = None
@@ -233,6 +235,7 @@ class Options(Value):
     vet: Callable[[Plan], object] | None = None
     load: Callable[[Path], Scenario] | None = None
     locate: Locate = unchanged_path
+    debugger: Debugger | None = None
 
 
 def pose_rate(options: Options) -> float:
@@ -266,6 +269,7 @@ class OptionFields(TypedDict, total=False):
     vet: Callable[[Plan], object] | None
     load: Callable[[Path], Scenario] | None
     locate: Locate
+    debugger: Debugger | None
 
 
 def options_from(fields: OptionFields) -> Options:
@@ -290,6 +294,12 @@ def _to_observer(name: str, value: object) -> Any:
     if not hasattr(value, "record"):
         raise wrong_type(name, value, "an object with a method `record`")
     return value
+
+
+def _to_debugger(name: str, value: object) -> Any:
+    from seoro.runtime.debug.debugger import Debugger  # noqa: PLC0415 - for runs that are debugged
+
+    return instance_of(Debugger, "a seoro.Debugger", "seoro.Debugger()")(name, value)
 
 
 def _instance(kind: type, example: str) -> Callable[[str, object], Any]:
@@ -319,4 +329,5 @@ _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "vet": to_function,
     "load": to_function,
     "locate": to_function,
+    "debugger": _to_debugger,
 }

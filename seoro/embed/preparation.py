@@ -54,7 +54,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
     ):
         settings = Settings(
             seed=seed,
-            clock=make_clock(clock, opened.simulator, rate, readers),
+            clock=make_clock(clock, opened.simulator, rate, readers, options.debugger),
             backends=(*opened.backends, *systems),
             placements=opened.placements,
             observers=(readers, *options.observers),
@@ -70,6 +70,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             external=options.external,
             recorded=recorded,
             pose_rate=pose_rate(options),
+            debugger=options.debugger,
         )
         with _naming_robots(options):
             execution = Execution(plan, settings)

@@ -87,7 +87,11 @@ class Execution:
             grace=settings.grace,
             nodes=self._tree.numbers if self._tree is not None else {},
             explain=_explain,
+            debugger=settings.debugger,
         )
+        if settings.debugger is not None:
+            self._scheduler.together = 1  # a task that pauses holds up the others of its delta cycle
+            settings.debugger.begin(self._services)
 
     def _method_context(self) -> MethodContext:
         settings = self._settings

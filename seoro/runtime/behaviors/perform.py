@@ -91,6 +91,8 @@ async def recorded(behavior: Behavior, context: ExecutionContext, carry: Carry) 
             start_labelled(label, context, scope)
         try:
             try:
+                if services.debugger is not None:
+                    await services.debugger.before(scope)
                 services.count_start(behavior.span, len(context.position))
                 outcome = await carry(context)
             except EvaluationError as error:
@@ -106,6 +108,8 @@ async def recorded(behavior: Behavior, context: ExecutionContext, carry: Carry) 
     record_end(number, outcome, services, context.task.past)
     if label is not None:
         _emit_phase(label, Phase.FAIL if outcome.failed else Phase.END, context)
+    if services.debugger is not None:
+        await services.debugger.after(scope)
     return outcome
 
 

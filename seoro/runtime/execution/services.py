@@ -23,7 +23,7 @@ from seoro.runtime.execution.resources import RunResources
 from seoro.runtime.instances.instances import Composed, Instance
 from seoro.runtime.kernel.cancel_scope import cancel_task
 from seoro.runtime.kernel.scheduler import Scheduler
-from seoro.runtime.kernel.task import Task
+from seoro.runtime.kernel.task import Scope, Task
 from seoro.runtime.trace.records import Trace
 from seoro.runtime.values.environment import Environment, EvaluationError, MethodContext, Seed
 from seoro.runtime.values.values import Actor, HasFields, Struct, Value, plain
@@ -66,6 +66,22 @@ class Writer(NamedTuple):
     cause: int | None
 
 
+class Debugging(Protocol):
+    """Control of a run that may pause at the starts and ends of behaviors."""
+
+    def begin(self, services: Services) -> None:
+        """Note the services of the run, before its first step."""
+
+    async def before(self, scope: Scope) -> None:
+        """Return when the behavior that starts in a scope may continue."""
+
+    async def after(self, scope: Scope) -> None:
+        """Return when the run may continue after the behavior of a scope."""
+
+    def release(self) -> None:
+        """Continue without further pauses: the run ends."""
+
+
 class Overriding(frozen.Frozen):
     """An active `override`.
 
@@ -103,6 +119,7 @@ class Services:
     grace: float  # [s] of the machine's clock, for the clean-up of a cancelled action
     nodes: Mapping[int, int]  # numbers in the static tree by the identity of a behavior
     explain: Explain  # describes the current activities of tasks
+    debugger: Debugging | None = None
     decision: Decision | None = None
     root: Task | None = None
     fault: Exception | None = None  # exception of an action or of seoro that ended the run
@@ -247,6 +264,8 @@ class Services:
         """End the run, between this delta cycle and the next; the first call decides."""
         if self.decision is None:
             self.decision = Decision(status, reason, span)
+            if self.debugger is not None:
+                self.debugger.release()
             self.scheduler.at_commit((), self._end_run)
 
     def abort(self, defect: Exception) -> None:

@@ -13,6 +13,7 @@ from seoro.lang.source import SourceFile
 from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.events.occurrence import Occurrence
 from seoro.runtime.execution.assignment import Placement
+from seoro.runtime.execution.services import Debugging
 from seoro.runtime.functions.actions import BoundAction
 from seoro.runtime.kernel.clock import Clock
 from seoro.runtime.kernel.delta import StepOrder
@@ -43,6 +44,7 @@ class Settings(Value):
         external: Names of the events that the application may emit.
         recorded: Emissions of an earlier run, to be repeated at their times; None to wait for the application.
         pose_rate: Samples of poses in the trace [1/s]; 0 for none.
+        debugger: Control of the run, on a deterministic clock.
         step_order: Order of steps in a delta cycle, as for `Scheduler`; tests check that it has no effect.
     """
 
@@ -63,4 +65,5 @@ class Settings(Value):
     external: Sequence[str] = ()
     recorded: Sequence[Occurrence] | None = None
     pose_rate: float = 0.0
+    debugger: Debugging | None = None
     step_order: StepOrder | None = None

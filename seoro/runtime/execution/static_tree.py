@@ -62,6 +62,13 @@ def static_tree(plan: Plan) -> StaticTree:
     return StaticTree(tuple(nodes), numbers, omitted)
 
 
+def behaviors_of_plan(plan: Plan) -> Iterator[tuple[str, Behavior]]:
+    """Yield all behaviors of a plan, with the names of their scenarios."""
+    for scenario in _scenarios(plan):
+        for behavior, _ in _behaviors(scenario):
+            yield scenario.name, behavior
+
+
 def _scenarios(plan: Plan) -> Iterator[Scenario]:
     """Yield the entry scenario, then the others."""
     yield plan.scenarios[plan.entry]

@@ -85,12 +85,13 @@ def _notes(explanation: Explanation) -> Iterator[list[str]]:
     if explanation.path:
         yield [f"at {explanation.time:.3f} s in {explanation.path}", *map(_reading, explanation.readings)]
     for activity in explanation.activities:
-        yield _activity(activity)
+        yield activity_lines(activity)
     if explanation.more:
         yield [f"and {explanation.more} more activities"]
 
 
-def _activity(activity: Activity) -> list[str]:
+def activity_lines(activity: Activity) -> list[str]:
+    """Format an activity: what runs or waits since when, the values that count, and who would end it."""
     ongoing = activity.ongoing
     due = f", until {activity.due:.3f} s" if activity.due is not None else ""
     lines = [f"{_VERBS[activity.kind]} since {ongoing.since:.3f} s{due}: `{ongoing.text}` ({ongoing.span})"]

@@ -111,6 +111,9 @@ class VirtualClock:
         """Return the time of the last jump [s]."""
         return self._now
 
+    def resume(self) -> None:
+        """Keep the time."""
+
     def skip(self, due: float) -> bool:
         """Jump to `due`."""
         self._now = max(self._now, due)
@@ -146,6 +149,10 @@ class SimulatorClock:
     def start(self) -> None:
         """Set the reference of the rate."""
         self._wall_start = time.monotonic()
+
+    def resume(self) -> None:
+        """Note that time continues after a pause, which does not count for the rate."""
+        self._wall_start = time.monotonic() - self._now / self._rate
 
     def now(self) -> float:
         """Return the last reached time [s]."""

@@ -45,6 +45,7 @@ class Stepping:
         self._effects = Commit(defect)
         self._woken: list[Waiter] = []
         self._slice_end = 0.0  # [s] of the machine's clock
+        self.together = TOGETHER  # steps released at once; 1 if a step may be held up
         self._steps = 0  # since the last look at the clock
         self._holds_cycle = False  # whether the next cycle waits for an external answer
         self._has_effects = False  # whether any effect is pending
@@ -287,8 +288,6 @@ class Stepping:
                 guard, task.guard = task.guard, None
                 guard(task, partial(self._cycle.add, task.path, resume, task))
 
-    # -------------------------------------------------------- the loop
-
     def _advance(self) -> None:
         """Take the next steps, and commit effects between cycles. Exceptions are reported as defects."""
         while True:
@@ -317,7 +316,7 @@ class Stepping:
     def _release(self) -> None:
         """Take a step that belongs to no task, or release consecutive tasks."""
         present = self._cycle.present
-        for _ in range(TOGETHER):
+        for _ in range(self.together):
             _, act, task, alone = present[0]
             if self._busy and (alone or task is None or task is self._parking):
                 return  # a task that parks in this call would overtake those before it

@@ -1,0 +1,154 @@
+"""`RunControl`: one scenario that runs with a debugger."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from seoro.dap.launch import Launch
+from seoro.embed.api import start_with
+from seoro.embed.debug_expressions import condition, watched
+from seoro.embed.runs import Run
+from seoro.embed.scenarios import Scenario, load
+from seoro.errors import InvalidScenario, SeoroError
+from seoro.lang.frozen import Value
+from seoro.lang.plan import Plan
+from seoro.lang.source import Span
+from seoro.runtime.debug.breakpoints import Breakpoint
+from seoro.runtime.debug.debugger import Debugger
+from seoro.runtime.execution.context import BehaviorScope
+from seoro.runtime.execution.static_tree import behaviors_of_plan
+from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.values.environment import EvaluationError
+from seoro.runtime.values.text import value_text
+from seoro.runtime.values.values import Value as RunValue
+from seoro.runtime.verdict import Verdict
+
+
+class Requested(Value):
+    """A breakpoint that the editor asks for.
+
+    Args:
+        line: Its line, from 1.
+        condition: Its condition, or an empty text.
+    """
+
+    line: int
+    condition: str = ""
+
+
+class Placed(Value):
+    """Result of a requested breakpoint.
+
+    Args:
+        line: Line at which the run will pause; None if it never will.
+        message: Reason why it was moved or refused; empty for none.
+    """
+
+    line: int | None
+    message: str = ""
+
+
+class RunControl:
+    """A scenario file, and its run.
+
+    Args:
+        launch: Settings of the run.
+
+    Raises:
+        SeoroError: The file has errors, or cannot be run with these settings.
+    """
+
+    def __init__(self, launch: Launch) -> None:
+        self.scenario: Scenario = load(launch.file)
+        self.debugger = Debugger(stop_on_entry=launch.stop_on_entry)
+        self._options = launch.options(self.debugger)
+        self.plan: Plan = self.scenario.plan(self._options.name, {})
+        self._run: Run | None = None
+        self.names = [(behavior, owner) for owner, behavior in behaviors_of_plan(self.plan)]
+
+    async def run(self, observer: Callable[[Mapping[str, Any]], object]) -> Verdict:
+        """Run to the end.
+
+        Args:
+            observer: Called with each record of the trace.
+
+        Raises:
+            SeoroError: The run cannot start.
+        """
+        options = replace(self._options, observers=(_Observer(observer),), timeout=math.inf)
+        async with start_with(self.scenario, options, "timeout") as run:
+            self._run = run
+            return await run.result()
+
+    def stop(self) -> None:
+        """Cancel the run, if it is active."""
+        self.debugger.release()
+        if self._run is not None:
+            self._run.stop("stopped by the debugger")
+
+    # -------------------------------------------------------- breakpoints
+
+    def set_breakpoints(self, path: Path, requested: Sequence[Requested]) -> list[Placed]:
+        """Replace the breakpoints of a file.
+
+        Args:
+            path: The file.
+            requested: The breakpoints.
+        """
+        file = path.resolve()
+        lines = {
+            behavior.span.line: owner
+            for behavior, owner in reversed(self.names)
+            if behavior.span.file.path is not None and behavior.span.file.path.resolve() == file
+        }
+        found: dict[int, Breakpoint] = {}
+        placed = [self._place(each, lines, found) for each in requested]
+        self.debugger.breakpoints.replace(file, found)
+        return placed
+
+    def _place(self, requested: Requested, lines: Mapping[int, str], found: dict[int, Breakpoint]) -> Placed:
+        line = min((line for line in lines if line >= requested.line), default=None)
+        if line is None:
+            return Placed(None, "no behavior of the scenario starts in this line or below it")
+        expression = None
+        if requested.condition:
+            try:
+                expression = condition(self.scenario, lines[line], requested.condition)
+            except InvalidScenario as error:
+                return Placed(None, f"invalid condition: {error.diagnostics[0].message}")
+        found[line] = Breakpoint(line, expression)
+        return Placed(line)
+
+    # -------------------------------------------------------- values
+
+    def evaluate(self, text: str, scope: BehaviorScope) -> tuple[RunValue, str]:
+        """Evaluate an expression where a behavior runs; return the value, and its text.
+
+        Raises:
+            SeoroError: The expression is invalid, or has no value.
+        """
+        expression, type_ = watched(self.scenario, scope.context.instance.declaration.name, text)
+        try:
+            value = evaluate(expression, scope.context.environment())
+        except EvaluationError as error:
+            raise SeoroError(f"`{text}` has no value: {error}") from error
+        return value, value_text(value, type_, self.plan.structures)
+
+    @staticmethod
+    def path_of(span: Span) -> str:
+        """Return the absolute path of the file of a span; empty for other texts."""
+        return str(span.file.path.resolve()) if span.file.path is not None else ""
+
+
+class _Observer:
+    """Observer of the trace that passes records on."""
+
+    def __init__(self, notify: Callable[[Mapping[str, Any]], object]) -> None:
+        self._notify = notify
+
+    def record(self, record: dict[str, Any]) -> None:
+        self._notify(record)
