@@ -17,6 +17,7 @@ from typing import Final, TypeAlias
 Layout: TypeAlias = dict[str, tuple[str, int]]  # type and number of values of each column
 
 _LARGEST: Final = 2**30  # so that differences are 32-bit integers, too
+_NUMBER: Final = (int, float)
 STEP: Final = 1e-4  # [m, rad, m/s, rad/s] of numbers in `scaled`
 
 
@@ -37,9 +38,10 @@ def small(values: Iterable[int] = ()) -> array[int]:
 
 def scaled(value: object, step: float = STEP) -> int:
     """Return a number in steps, limited to the range of a column; other values than numbers are 0."""
-    if not isinstance(value, int | float) or math.isnan(value):
+    if not isinstance(value, _NUMBER) or math.isnan(value):
         return 0
-    return max(-_LARGEST, min(_LARGEST, round(max(-1e12, min(1e12, value)) / step)))
+    found = value / step
+    return round(found) if -_LARGEST < found < _LARGEST else int(math.copysign(_LARGEST, found))
 
 
 class Packed:

@@ -12,6 +12,7 @@ from seoro.report.columns import Packed, reals
 from seoro.traces.reader import Record
 
 MOST: Final = 300  # series of a report
+_NUMBER: Final = (int, float)
 _LONGEST: Final = 300  # [characters] of a name
 
 
@@ -62,7 +63,7 @@ class AllSeries:
 
     def add(self, kind: str, name: str, time: float, value: object, unit: str = "") -> None:
         """Add a value; one that is not a finite number is skipped."""
-        if isinstance(value, bool) or not isinstance(value, int | float) or not _is_finite(value):
+        if isinstance(value, bool) or not isinstance(value, _NUMBER) or not _is_finite(value):
             return
         found = self._series.get((kind, name))
         if found is None:

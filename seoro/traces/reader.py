@@ -15,6 +15,9 @@ LATEST: Final = 1e12  # [s], longer than any run, and small enough for computati
 
 Record: TypeAlias = dict[str, Any]
 
+_BOM: Final = b"\xef\xbb\xbf"
+_NUMBER: Final = (int, float)  # `int | float` would be made anew for each record
+
 # Required fields of each kind of record, apart from `seq`, `t` and `kind`.
 _FIELDS: Final[dict[str, dict[str, type]]] = {
     "run.start": {"scenario": str, "file": str},
@@ -80,7 +83,7 @@ def _record(line: bytes) -> Record | str:
     if len(line) == MAX_LINE:
         return f"longer than {MAX_LINE:,} bytes"
     try:
-        found = json.loads(line)
+        found = json.loads(line if line.startswith(_BOM) else line.decode())
     except (ValueError, RecursionError):
         return "invalid JSON"
     if not isinstance(found, dict):
@@ -88,16 +91,16 @@ def _record(line: bytes) -> Record | str:
     if b"\\ud" in line.lower():
         found = _without_surrogates(found)
     time, kind = found.get("t"), found.get("kind")
-    if not (isinstance(time, int | float) and isinstance(kind, str)):
+    if not (isinstance(time, _NUMBER) and isinstance(kind, str)):
         return "not a record: missing `t` or `kind`"
     if not abs(time) <= LATEST:
         return f"time is not between 0 s and {LATEST:g} s"
-    if not isinstance(found.get("arguments"), dict | None):
+    if (arguments := found.get("arguments")) is not None and not isinstance(arguments, dict):
         return f"not a record: `arguments` of `{kind}` has the wrong type"
     for name, type_ in _FIELDS.get(kind, {}).items():
         if not isinstance(found.get(name), type_):
             return f"not a record: `{name}` of `{kind}` is missing or has the wrong type"
-    return dict(found)
+    return found
 
 
 def _without_surrogates(record: Record) -> Record:

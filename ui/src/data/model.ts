@@ -139,18 +139,25 @@ function addMissing(meta: Meta, rows: Row[]): void {
   if (ofNode.size === 0) return;
   const nodes: StaticBehavior[] = meta.tree.filter((node) => typeof node.id === "number");
   for (const node of nodes) {
-    const parent = node.parent === null ? undefined : ofNode.get(node.parent);
-    if (ofNode.has(node.id) || parent === undefined) continue;
+    const around = node.parent === null ? undefined : ofNode.get(node.parent);
+    if (ofNode.has(node.id)) continue;
+    const parent = around === undefined ? null : innermost(around);
     const row: Row = {
-      ...{ index: rows.length, parent, depth: parent.depth + 1, type: node.type, name: node.name, path: "" },
+      ...{ index: rows.length, parent, depth: (parent?.depth ?? -1) + 1, type: node.type, name: node.name, path: "" },
       ...{ source: node.source, sourceEnd: node.source_end ?? "", children: [], runs: new Int32Array(0) },
       counts: [0, 0, 0, 0],
     };
     rows.push(row);
-    parent.children.push(row);
+    parent?.children.push(row); // one without is shown in the source only
     ofNode.set(node.id, row);
   }
   for (const row of rows) row.children.sort((a, b) => comparePlaces(a.source, b.source) || a.index - b.index);
+}
+
+/** The last of the modifiers around the members of a behavior. */
+function innermost(row: Row): Row {
+  const only = row.children.length === 1 ? row.children[0]! : null;
+  return only?.type === "modifier" ? innermost(only) : row;
 }
 
 /** Line and column of a place `file:line:column`. */

@@ -101,7 +101,8 @@ function SourceLine({ run, text, number, rows, time, isVerdict }: LineProps) {
         <span aria-hidden="true">{mark}</span>
         <span class="hidden">{words}</span>
       </span>
-      <span class="text">{clip(plain(text), LONGEST)}</span>
+      {text.slice(0, text.length - text.trimStart().length)}
+      <span class="text">{clip(plain(text.trimStart()), LONGEST)}</span>
     </span>
   );
 }
