@@ -25,6 +25,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "trace": "print, filter, summarise or convert the trace of a run",
     "redact": "remove names, hosts, paths and chosen fields from a trace, before it is shared",
     "report": "write a page that shows a run: verdict, timeline, world, source, plots, causes",
+    "compare": "find where two recorded runs first differ",
     "accept": "check a recorded trace against its scenario",
     "replay": "repeat a recorded run, with the events that its application emitted",
     "bag": "show the contents of a ROS 2 bag, or repair a truncated one",

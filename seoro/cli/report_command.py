@@ -20,6 +20,7 @@ EXAMPLES = """examples:
   seoro report out/
   seoro report out/ -o obstacle.html
   seoro report trace.jsonl
+  seoro report campaign/kept/*
   seoro exec maze.osc --trace - | seoro report - -o maze.html
 
 The report is one HTML file. A browser opens it without a network.
@@ -30,15 +31,23 @@ exit status: 0, also for the truncated trace of a killed run; 2 if the trace is 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "recorded", metavar="RUN", help="output folder of a run, or a trace (JSON Lines); - for stdin"
+        "recorded", metavar="RUN", nargs="+", help="output folder of a run, or a trace (JSON Lines); - for stdin"
     )
     add_option(parser, "-o --output FILE", f"the report (default: {REPORT} beside the trace)")
 
 
 def run(options: argparse.Namespace) -> None:
     """Run the command."""
-    trace, folder = _trace_of(options.recorded)
-    output: Path = options.output or Path(folder or ".", REPORT)
+    if options.output is not None and len(options.recorded) > 1:
+        raise UsageError("`--output` is for one run", help="leave it out, or name one run")
+    for recorded in options.recorded:
+        _report(recorded, options.output)
+
+
+def _report(recorded: str, named: Path | None) -> None:
+    """Write the report of a run to the named file, by default beside its trace."""
+    trace, folder = trace_of(recorded)
+    output = named or Path(folder or ".", REPORT)
     if trace != STDIN and resolved(output) == resolved(Path(trace)):
         raise UsageError(f"the report would overwrite {trace}", help="choose another output")
     reading = write_file(trace, folder, output)
@@ -78,7 +87,7 @@ def write_file(trace: str, folder: Path | None, output: Path) -> Reading:
     return reading
 
 
-def _trace_of(name: str) -> tuple[str, Path | None]:
+def trace_of(name: str) -> tuple[str, Path | None]:
     """Return the trace of a run, and the folder with its other results.
 
     Raises:

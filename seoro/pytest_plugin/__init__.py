@@ -54,6 +54,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="HZ",
         help="samples of poses in the trace, per second of the run's clock; 0 for none (default: 10)",
     )
+    group.addoption(
+        "--seoro-report",
+        type=Path,
+        metavar="DIR",
+        help="write a page that shows it for each run of a scenario to this folder",
+    )
     parser.addini(
         "osc_files",
         type="args",

@@ -106,6 +106,7 @@ class RunScenario:
         scenario = file if isinstance(file, Scenario) else load(self._folder / file)
         merged: OptionFields = {**self._options, **options}
         result = _run(scenario, {"timeout": self._item.config.getoption("osc_timeout"), **merged})
+        _write_page(self._item, result)
         if not result.passed:
             _report(self._item, result, self._results)
         return result
@@ -147,6 +148,7 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
     match outcome:
         case Result(verdict=verdict):
             item.user_properties.append(("seed", verdict.seed))
+            _write_page(item, outcome)
             if verdict.status.value != wanted or reason not in verdict.reason:
                 _report(item, outcome, results)
                 pytest.fail(_failure(case.directives, outcome, merged), pytrace=False)
@@ -243,6 +245,14 @@ def _traceback(fault: Exception) -> str:
     frames = [frame for frame in found.stack if not Path(frame.filename).is_relative_to(own)]
     found.stack = traceback.StackSummary.from_list(frames)
     return "".join(found.format()).rstrip()
+
+
+def _write_page(item: pytest.Item, result: Result) -> None:
+    """Write the page of a run, if `--seoro-report` names a folder."""
+    if item.config.getoption("seoro_report") is not None:
+        from seoro.pytest_plugin.pages import write_page  # noqa: PLC0415 - for this option only
+
+        write_page(item, result.records)
 
 
 def _report(item: pytest.Item, result: Result, folder: Path) -> None:

@@ -100,7 +100,8 @@ def _record(line: bytes) -> Record | str:
     for name, type_ in _FIELDS.get(kind, {}).items():
         if not isinstance(found.get(name), type_):
             return f"not a record: `{name}` of `{kind}` is missing or has the wrong type"
-    return found
+    record: Record = found
+    return record
 
 
 def _without_surrogates(record: Record) -> Record:

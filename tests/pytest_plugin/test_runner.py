@@ -46,6 +46,15 @@ def test_a_test_that_passes_leaves_no_trace(project: Project) -> None:
     assert list(pytester.path.glob("kept/*/*")) == []
 
 
+def test_pages_of_runs_are_written_on_request(project: Project) -> None:
+    pytester = project(a=PASSING, b=FAILING)
+    result = pytester.runpytest_inprocess(".", "--seoro-report=pages", "--basetemp=kept")
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(["*Captured scenario report call*", "*/pages/b.osc_main.html"])
+    assert "Passed: main" in (pytester.path / "pages/a.osc_main.html").read_text()
+    assert "Failed: main" in (pytester.path / "pages/b.osc_main.html").read_text()
+
+
 def test_all_errors_of_a_file_are_shown_together(project: Project) -> None:
     result = project(a="scenario main:\n    do serial:\n        one()\n        two()\n").runpytest_inprocess(".")
     result.assert_outcomes(failed=1)

@@ -112,6 +112,16 @@ def test_seoro_report_writes_beside_the_trace(tmp_path: Path, capsys: pytest.Cap
     assert (tmp_path / "report.html").stat().st_size < 1_000_000
 
 
+def test_several_runs_have_their_reports(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = [str(tmp_path / name) for name in ("1", "2")]
+    for name in names:
+        write(Path(name), records())
+    assert main(["report", *names]) == 0
+    assert all(Path(name, "report.html").is_file() for name in names)
+    assert main(["report", *names, "-o", "one.html"]) == 2
+    assert "`--output` is for one run" in capsys.readouterr().err
+
+
 def test_a_killed_run_has_a_report_with_a_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     trace = tmp_path / "killed.jsonl"
     trace.write_text("\n".join(map(json.dumps, records()[:-5])) + '\n{"seq"')
