@@ -155,6 +155,7 @@ def test_long_and_past_grants_have_no_lookahead() -> None:
     assert {foresight.horizon(0.0, until) for until in grants} == {None}
 
 
+@pytest.mark.more
 def test_a_grant_that_ends_at_once_stops_the_lookahead() -> None:
     foresight = Lookahead()
     for _ in range(QUIET_GRANTS):

@@ -237,6 +237,7 @@ def test_files_with_absolute_paths_are_packed(tmp_path: Path) -> None:
     assert found.names_absolute
 
 
+@pytest.mark.more
 def test_a_world_loaded_by_the_scenario_is_packed(tmp_path: Path) -> None:
     shutil.copytree(WORKSHOP, tmp_path / "workshop")
     text = f"import osc.sim\nscenario main:\n    do load_world('{tmp_path}/workshop/workshop.yaml')\n"

@@ -45,6 +45,7 @@ def row(status: End = End.PASSED, margin: float | None = None, **measured: objec
     return Row(1, "", 1, 1, 1, status, margin=margin, measured=measured)
 
 
+@pytest.mark.more
 def test_a_search_needs_fewer_runs_than_random_draws() -> None:
     def median(strategy: Search | Uniform) -> float:
         return statistics.median(runs_until_failure(strategy, Planted(seed), seed, 400) for seed in range(40))

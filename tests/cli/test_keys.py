@@ -53,6 +53,7 @@ def test_invalid_arguments_are_rejected(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.more
 def test_an_admin_publishes_revocations_to_an_executor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

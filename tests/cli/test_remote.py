@@ -475,6 +475,7 @@ def test_stop_mine_stops_only_runs_of_this_user(
     assert mine.returncode == 4
 
 
+@pytest.mark.more
 def test_a_run_that_is_stopped_while_it_waits_never_begins(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         where = "--executor", lab.endpoint

@@ -59,6 +59,7 @@ async def test_files_with_absolute_paths_are_found_by_their_paths(tmp_path: Path
     assert verdict.file == f"{folder}/tests/main.osc"
 
 
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 async def test_files_that_were_not_sent_are_not_readable(tmp_path: Path) -> None:
     """Clients do not check computed paths."""

@@ -157,6 +157,7 @@ async def test_unknown_external_events_are_refused(lab: RunningExecutor, file: P
             await client.submit(NAME, file, replay=[])
 
 
+@pytest.mark.more
 async def test_emissions_to_older_executors_are_refused(tmp_path: Path, file: Path) -> None:
     with executor(tmp_path, before="import seoro.bridges.executor.messages as m; m.MINOR = 3") as lab:
         async with seoro.Client(lab.endpoint) as client:

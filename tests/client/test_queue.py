@@ -134,6 +134,7 @@ async def test_an_executor_of_another_version_is_reported(
                 await client.submit("lab-z", hello)
 
 
+@pytest.mark.more
 async def test_fields_unknown_to_an_older_executor_are_omitted(tmp_path: Path, hello: Path) -> None:
     with executor(tmp_path, before="import seoro.bridges.executor.messages as m; m.MINOR = 0") as lab:
         async with seoro.Client(lab.endpoint) as client:

@@ -42,6 +42,7 @@ def alone(scenario: seoro.Scenario) -> list[Records]:
     return [asyncio.run(trace_of(scenario, seed)) for seed in SEEDS]
 
 
+@pytest.mark.more
 def test_fifty_simultaneous_runs_have_the_same_traces_as_sequential_ones(
     scenario: seoro.Scenario, alone: list[Records]
 ) -> None:

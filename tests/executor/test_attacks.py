@@ -43,6 +43,7 @@ def peak(process: int) -> float:
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) * 1024 / 1e6
 
 
+@pytest.mark.more
 async def test_the_number_of_waiting_record_requests_is_limited(tmp_path: Path) -> None:
     file = tmp_path / "long.osc"
     file.write_text(LONG)

@@ -248,6 +248,7 @@ async def test_commands_without_an_audit_entry_are_not_executed(tmp_path: Path) 
     }
 
 
+@pytest.mark.more
 async def test_outcomes_of_runs_are_audited_after_the_executor_died(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
     file = tmp_path / "long.osc"

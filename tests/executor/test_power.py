@@ -165,6 +165,7 @@ async def test_a_started_run_is_not_repeated_after_a_power_failure(
             assert await messages(again) == []
 
 
+@pytest.mark.more
 async def test_the_outcome_of_a_run_survives_a_power_failure(tmp_path: Path, disk: Disk) -> None:
     """It includes the trace, the printed output and the audit log."""
     lab, left, port = make_lab(tmp_path / "lab"), tmp_path / "left", free_port()

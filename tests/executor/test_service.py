@@ -155,6 +155,7 @@ async def test_an_unwritable_video_makes_the_run_an_error(tmp_path: Path, monkey
         assert verdict.reason == "the film ends early: No space left on device; the run itself: passed"
 
 
+@pytest.mark.more
 @pytest.mark.parametrize("is_mended", [True, False])
 async def test_an_unwritable_database_does_not_end_the_executor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_mended: bool

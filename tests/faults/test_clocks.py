@@ -54,6 +54,7 @@ async def test_a_wrong_clock_of_an_executor_is_reported_and_has_no_other_effect(
         assert abs(run.info.ended - time.time() - HOUR) < DEADLINE
 
 
+@pytest.mark.more
 async def test_runs_are_stopped_only_after_their_client_disappears(ahead: RunningExecutor, tmp_path: Path) -> None:
     file = tmp_path / "long.osc"
     file.write_text(LONG)
@@ -68,6 +69,7 @@ async def test_runs_are_stopped_only_after_their_client_disappears(ahead: Runnin
             assert "lost its client" in (await found.result()).reason
 
 
+@pytest.mark.more
 def test_times_are_shown_by_the_clock_of_the_client(
     ahead: RunningExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

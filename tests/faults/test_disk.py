@@ -76,6 +76,7 @@ async def test_a_trace_that_fills_the_disk_ends_its_run_and_no_other(
         assert len(await client.runs()) == 3
 
 
+@pytest.mark.more
 async def test_a_client_that_fills_the_disk_with_bundles_is_refused(
     small: RunningExecutor, tmp_path: Path
 ) -> None:

@@ -98,6 +98,7 @@ async def test_a_scenario_submitted_during_a_cut_runs_once(
         assert len(await client.runs()) == 2
 
 
+@pytest.mark.more
 async def test_repeated_packets_have_no_effect(tmp_path: Path) -> None:
     with packet_link() as link, far_router(link), executor(tmp_path, connect=link.far, prefix=link.prefix):
         async with seoro.Client(link.near) as client:

@@ -268,6 +268,7 @@ async def test_a_client_killed_during_a_submission_causes_no_second_run(tmp_path
                 await follow(run)
 
 
+@pytest.mark.more
 async def test_a_run_stopped_while_the_executor_is_down_stays_stopped(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:

@@ -97,6 +97,7 @@ def test_a_missing_reset_scenario_is_reported_with_the_line_of_the_lab(rails: Ra
         run(tmp_path, ALONE, lab_with(tmp_path, rails, BACK, "{scenario: back.osc, home: {x: 0, y: 0}}"))
 
 
+@pytest.mark.more
 def test_a_reset_in_a_simulator_has_its_time_limit(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     make_engine("mujoco")
     text = "simulators:\n  sim: {simulator: mujoco, world: empty}\nrobots:\n"

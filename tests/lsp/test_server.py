@@ -226,6 +226,7 @@ async def test_invalid_messages_are_answered_and_skipped(editor: Editor) -> None
             assert (await editor.refusals.get())["message"].startswith("skipped a message")
 
 
+@pytest.mark.more
 async def test_a_new_name_that_is_in_use_is_refused(editor: Editor) -> None:
     text = "actor bot\naction bot.trip\naction bot.go\n"
     await editor.shown("rename.osc", text)

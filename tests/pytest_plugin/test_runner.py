@@ -120,6 +120,7 @@ def test_a_simulator_is_in_the_command_that_does_the_same(project: Project) -> N
     result.stdout.fnmatch_lines(["run it alone: * --seed 0 --sim mujoco --world maze --rate max"])
 
 
+@pytest.mark.more
 def test_a_world_of_comments_is_that_of_the_simulator(project: Project) -> None:
     pytest.importorskip("mujoco")
     robot = (
@@ -298,12 +299,14 @@ def test_failed_variants_alone_are_run_again(project: Project) -> None:
     assert "limit:1s" in next(line for line in result.outlines if "b.osc::" in line)
 
 
+@pytest.mark.more
 def test_a_stepwise_session_begins_at_the_failed_variant(project: Project) -> None:
     pytester = project(b=VARIED)
     pytester.runpytest_inprocess(".", "--sw").assert_outcomes(passed=1, failed=1)
     pytester.runpytest_inprocess(".", "--sw").assert_outcomes(failed=1, deselected=1)
 
 
+@pytest.mark.more
 def test_an_interrupt_stops_the_session(project: Project) -> None:
     pytester = project(a=PASSING, b=PASSING)
     pytester.makeconftest(

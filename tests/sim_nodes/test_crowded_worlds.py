@@ -61,6 +61,7 @@ def follow(client: Client, until: float) -> str:
     return digest.hexdigest()
 
 
+@pytest.mark.more
 @pytest.mark.parametrize("engine", MUJOCO_FIRST)
 def test_a_crowded_world_repeats_also_from_a_snapshot(engine: str, tmp_path: Path) -> None:
     world = tmp_path / "busy_office.yaml"

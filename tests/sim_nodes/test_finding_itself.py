@@ -35,6 +35,7 @@ def test_localisation_can_be_queried(maze: Client) -> None:
     assert found.particles == 2000
 
 
+@pytest.mark.more
 def test_a_watch_reports_when_a_global_search_succeeds(maze: Client) -> None:
     maze.localise()
     forget(maze)

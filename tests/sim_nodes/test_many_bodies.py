@@ -12,6 +12,7 @@ from seoro.bridges.wire import ResetScope, Result, SpawnResult
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.physics import BodyState
 from tests.sim_nodes.client import BOX, ROBOT, Client, pose
+from tests.sim_nodes.engines import PYBULLET_IN_MORE
 
 STEPS = 5
 
@@ -58,7 +59,7 @@ def come_and_go(client: Client, count: int, resets: int) -> None:
     client.advance(client.simulator.simulation.time + 0.1)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", PYBULLET_IN_MORE)
 def test_many_bodies_are_spawned_and_deleted(engine: str) -> None:
     client = Client("empty", engine=engine)
     for _ in range(2):

@@ -63,6 +63,7 @@ def arrive(client: Client) -> Pose2:
     return client.simulator.simulation.frames.true_pose("mine")
 
 
+@pytest.mark.more
 @needs_models
 @pytest.mark.parametrize("engine", MUJOCO_FIRST)
 def test_a_car_reaches_a_pose_behind_it(engine: str, tmp_path: Path) -> None:

@@ -108,6 +108,7 @@ async def test_a_node_exits_with_its_parent_also_during_a_long_grant(tmp_path: P
             await grant
 
 
+@pytest.mark.more
 async def test_sigterm_ends_a_node_cleanly(tmp_path: Path) -> None:
     async with running(tmp_path) as node:
         node.process.terminate()

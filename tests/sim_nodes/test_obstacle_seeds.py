@@ -15,6 +15,7 @@ def check(engine: str, seed: int) -> None:
     assert client.truth.distance(3.0, -3.0) < 0.15
 
 
+@pytest.mark.more
 @pytest.mark.parametrize("engine", MUJOCO_FIRST)
 @pytest.mark.parametrize("seed", range(1))
 def test_a_robot_drives_around_a_box(engine: str, seed: int) -> None:

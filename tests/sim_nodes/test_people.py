@@ -124,6 +124,7 @@ def test_goals_without_an_end_are_cancelled(world: Path) -> None:
     assert math.dist(place(client, "child"), before) < 0.3
 
 
+@pytest.mark.more
 def test_a_blocked_goal_is_aborted(world: Path) -> None:
     client = open_world(world)
     spawn(client, "guest", -1.0, 0.0)

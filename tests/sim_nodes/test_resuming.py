@@ -90,6 +90,7 @@ def test_files_without_a_snapshot_are_refused(tmp_path: Path, capsys: pytest.Cap
         assert f"error: {words.format(tmp_path / name)}" in capsys.readouterr().err
 
 
+@pytest.mark.more
 def test_a_node_prints_the_time_of_its_snapshot(tmp_path: Path) -> None:
     file = tmp_path / "half.snapshot"
     file.write_bytes(wire.encode(save(driving())))

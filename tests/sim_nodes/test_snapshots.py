@@ -147,6 +147,7 @@ def test_undeclared_state_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "['obstacles']" in found
 
 
+@pytest.mark.more
 def test_another_seed_changes_a_restored_run() -> None:
     snapshot = save(busy("mujoco"))
     rests = []

@@ -53,7 +53,7 @@ PLAUSIBLE = st.fixed_dictionaries(
 ANY_RECORD = st.dictionaries(st.sampled_from(NAMES), ANYTHING) | ANYTHING
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.lists(PLAUSIBLE | ANY_RECORD, max_size=12))
 def test_anything_is_shown_summed_up_and_converted(records: list[object]) -> None:
     file = io.BytesIO(b"".join(json.dumps(record).encode() + b"\n" for record in records))
@@ -67,7 +67,7 @@ def test_anything_is_shown_summed_up_and_converted(records: list[object]) -> Non
     check_format(list(trace_events(in_order)))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(st.binary(max_size=200))
 def test_any_bytes_are_read(data: bytes) -> None:
     assert all(isinstance(each, dict | InvalidRecord) for each in read_trace(io.BytesIO(data)))
