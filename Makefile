@@ -95,8 +95,11 @@ ui:  ## build the pages of reports from ui/, with Node.js
 	@npm --prefix ui run --silent check
 	@npm --prefix ui run --silent build
 
-editors:  ## install what the tests of the grammar for editors need, with Node.js
+editors: $(VENV)/.user  ## test and package the extension for VS Code, with Node.js 20
 	@npm --prefix editors/vscode install --no-package-lock --no-audit --no-fund
+	@SEORO=$(CURDIR)/$(BIN)/seoro npm --prefix editors/vscode test
+	@npm --prefix editors/vscode run package
+	@echo "install it with: code --install-extension editors/vscode/dist/seoro-osc.vsix"
 
 bench: $(VENV)/.user  ## measure what the documentation quotes
 	@$(BIN)/python benchmarks/obstacle.py
