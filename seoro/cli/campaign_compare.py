@@ -9,7 +9,6 @@ from typing import Final
 
 from seoro.campaign.comparison.comparing import MARGIN, Comparison, Outcome, compare
 from seoro.campaign.comparison.measurements import MeasurementChange
-from seoro.campaign.comparison.page import write_comparison
 from seoro.campaign.comparison.pairs import Pair
 from seoro.campaign.comparison.text import number_text, p_text, verdict_lines
 from seoro.cli.arguments import Commands, add_command, add_option, share
@@ -44,6 +43,8 @@ def run_compare(options: argparse.Namespace) -> int:
     """Run the subcommand."""
     found = compare(options.before, options.after, margin=options.margin)
     if options.output is not None:
+        from seoro.campaign.comparison.page import write_comparison  # noqa: PLC0415 - charts, for this option only
+
         with write_errors(options.output):
             write_comparison(found, options.output)
     if options.json:

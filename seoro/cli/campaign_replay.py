@@ -10,8 +10,7 @@ from seoro.campaign.after.exec_options import words_of_run
 from seoro.campaign.after.finding import FoundRun, find_run
 from seoro.campaign.after.traces import clock_of, digest_of, first_difference
 from seoro.campaign.opening import check_unchanged
-from seoro.campaign.store.folder import REPLAYED
-from seoro.campaign.work.running import TRACE
+from seoro.campaign.store.folder import REPLAYED, TRACE
 from seoro.cli import exec_command
 from seoro.cli.arguments import Commands, Parser, add_command, add_option, option_texts
 from seoro.cli.exit_status import OF_STATUS, Exit

@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from seoro.embed.api import accept, replay, run, start
-    from seoro.embed.preparation import SEED_BITS, announcement, prepare
+    from seoro.embed.options import SEED_BITS
+    from seoro.embed.preparation import announcement, prepare
     from seoro.embed.scenarios import Scenario, check_file, load
 
 __all__ = [
@@ -37,7 +38,8 @@ __all__ = [
 ]
 
 _MODULES = {
-    "seoro.embed.preparation": ("SEED_BITS", "announcement", "prepare"),
+    "seoro.embed.options": ("SEED_BITS",),
+    "seoro.embed.preparation": ("announcement", "prepare"),
     "seoro.embed.scenarios": ("Scenario", "check_file", "load"),
     "seoro.embed.api": ("accept", "replay", "run", "start"),
 }

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from seoro.runtime.contracts.observers import Observer
     from seoro.runtime.debug.debugger import Debugger
 
+SEED_BITS = 32  # of random seeds
 ROS_SIMULATOR = "ros"  # name for the simulator of the ROS 2 system
 
 ClockName = Literal["real", "virtual", "sim"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from seoro import __version__
 from seoro.embed.backends import make_clock, open_backends, open_ros
 from seoro.embed.option_checks import check_options
-from seoro.embed.options import Options, pose_rate
+from seoro.embed.options import SEED_BITS, Options, pose_rate
 from seoro.embed.runnable import Runnable
 from seoro.embed.runs import Run
 from seoro.embed.world_settings import split_world, with_world
@@ -23,8 +23,6 @@ from seoro.runtime.trace.reader import Readers
 
 if TYPE_CHECKING:
     from seoro.lab.selectors import Selector
-
-SEED_BITS = 32  # of random seeds
 
 
 @asynccontextmanager

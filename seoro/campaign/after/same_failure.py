@@ -12,9 +12,9 @@ from seoro.campaign.after.finding import FoundRun
 from seoro.campaign.runs import End, Row
 from seoro.campaign.space.axes import Axis, Interval
 from seoro.campaign.space.space import Space
+from seoro.campaign.store.folder import TRACE
 from seoro.campaign.strategies.contract import Told
 from seoro.campaign.work.measurements import value_at
-from seoro.campaign.work.running import TRACE
 from seoro.files.inputs import Kind, open_input
 from seoro.lang.frozen import Value
 

@@ -14,8 +14,8 @@ from typing import Final
 
 from seoro.bundle.unpack import limit_of
 from seoro.campaign.engine import Killed, NotBegun, WorkerDied
+from seoro.campaign.pool.messages import FATAL, LOST, STOP, Start
 from seoro.campaign.pool.simulators import Node, own_simulator, simulator_node
-from seoro.campaign.pool.worker import FATAL, LOST, STOP, Start
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.store.folder import CampaignFile
 from seoro.concurrency.forks.using import Forked, Forks, NoProcess, open_forks

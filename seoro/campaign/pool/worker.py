@@ -14,34 +14,14 @@ import socket
 import sys
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict
-
+from seoro.campaign.pool.messages import FATAL, LOST, STOP, Start
 from seoro.campaign.runs import Planned
 from seoro.campaign.store.folder import shard
 from seoro.campaign.store.lines import Appender
 from seoro.campaign.work.job import Job
 from seoro.campaign.work.running import SimulatorDied, Stopped, Worker
 
-STOP: Final = b"stop\n"
-FATAL: Final = b"!"  # begins a line to the coordinator that ends the campaign
-LOST: Final = b"lost\n"  # the line to the coordinator of a worker without a simulator
 MOST_OF_A_LINE: Final = 1 << 20  # [bytes]
-
-
-class Start(BaseModel):
-    """First line to a worker.
-
-    Attributes:
-        name: Its name.
-        endpoint: Endpoint of its simulator; empty without one.
-        simulator: Process id of the simulator.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    name: str
-    endpoint: str = ""
-    simulator: int | None = None
 
 
 def work(job: Job, control: int, data: int) -> None:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seoro.campaign.coverage.unreachable import read_unreachable
-from seoro.campaign.results.files import write_results
 from seoro.campaign.results.frame import frame_of
 from seoro.campaign.results.html import MOST_ROWS, table_html
 from seoro.campaign.results.tally import Tally
@@ -74,6 +73,8 @@ class Results:
             UsageError: A row is invalid.
             OSError: A file cannot be written.
         """
+        from seoro.campaign.results.files import write_results  # noqa: PLC0415 - not before the first run
+
         return write_results(self.folder)
 
     def _state(self) -> State:

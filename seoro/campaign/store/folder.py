@@ -36,6 +36,7 @@ ASKED: Final = "asked.jsonl"
 RUNS: Final = "runs"
 COORDINATOR: Final = "coordinator"  # its shard has rows of runs that ended their workers
 KEPT: Final = "kept"
+TRACE: Final = "trace.jsonl"  # in the folder of a kept run
 REPLAYED: Final = "replayed"
 SHRINK: Final = "shrink"
 NEIGHBOURS: Final = "neighbours"

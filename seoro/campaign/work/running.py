@@ -16,7 +16,7 @@ from seoro.bridges.wire.outputs import GET_MEASUREMENTS
 from seoro.campaign.identity import row_of
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.space.feasible import Feasibility
-from seoro.campaign.store.folder import KEPT
+from seoro.campaign.store.folder import KEPT, TRACE
 from seoro.campaign.work.job import Job
 from seoro.campaign.work.measurements import of_robots, reason_key, values_of
 from seoro.campaign.work.outputs import recording, save_artifacts
@@ -31,7 +31,6 @@ from seoro.runtime.verdict import RunStatus
 
 DYING: Final = 20  # looks at a simulator that has lost the connection
 DYING_PERIOD: Final = 0.05  # [s] between two looks
-TRACE: Final = "trace.jsonl"
 _TICKS: Final = os.sysconf("SC_CLK_TCK")  # [1/s] of processor time in /proc
 _NOTHING: Final[dict[str, Any]] = {}
 
