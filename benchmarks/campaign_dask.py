@@ -25,20 +25,27 @@ from typing import Final
 from seoro.campaign.runs import Row
 from seoro.campaign.store.folder import RUNS, read_rows
 
-TRIVIAL: Final = """import osc.types
+SCENARIO: Final = """import osc.types
 import osc.helpers
 
-scenario trivial:
+scenario waits:
     pause: time with:
         keep(it in [1s, 2s, 3s, 4s, 5s, 6s, 7s, 8s])
     load: float with:
         keep(it in [0.0..1.0])
     record(load)
     do serial:
-        wait elapsed(pause)
+        serial:
+            wait elapsed(pause)
+        with:
+            repeat({waits})
         compare(load, "<", 0.9)
 """
 PERIOD: Final = 0.5  # [s] between checks of the progress
+QUIET: Final = {  # as in the documentation
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+}
 _SUBREAPER: Final = 36  # PR_SET_CHILD_SUBREAPER, so that children of killed workers are counted
 
 
@@ -48,11 +55,12 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=10_000)
     parser.add_argument("--workers", type=int, default=20)
     parser.add_argument("--killed", type=int, default=5)
+    parser.add_argument("--waits", type=int, default=1, help="of a run; 700 take about 100 ms")
     options = parser.parse_args()
     ctypes.CDLL(None).prctl(_SUBREAPER, 1)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "trivial.osc").write_text(TRIVIAL)
+        (folder / "waits.osc").write_text(SCENARIO.format(waits=options.waits))
         before = _cpu()
         _campaign(folder, "here", options.runs, "--jobs", "2").wait()
         _reap()
@@ -69,6 +77,7 @@ def main() -> None:
     print(f"processor time on this machine: {here:.0f} s, {1e3 * here / options.runs:.1f} ms a run")
     work = on_dask - started
     print(f"on Dask: {work:.0f} s, {1e3 * work / options.runs:.1f} ms a run; their start: {started:.0f} s")
+    print(f"beyond this machine: {work / here - 1:.1%}")
 
 
 def _campaign(folder: Path, out: str, runs: int, *place: str) -> subprocess.Popen[bytes]:
@@ -79,7 +88,7 @@ def _campaign(folder: Path, out: str, runs: int, *place: str) -> subprocess.Pope
         "seoro.cli.main",
         "campaign",
         "run",
-        "trivial.osc",
+        "waits.osc",
         *options,
         "-o",
         out,
@@ -118,7 +127,7 @@ def _dask(program: str, folder: Path, *options: str) -> subprocess.Popen[bytes]:
         "127.0.0.1",
         *options,
     ]
-    return subprocess.Popen(command, cwd=folder, stderr=subprocess.DEVNULL)
+    return subprocess.Popen(command, cwd=folder, stderr=subprocess.DEVNULL, env=os.environ | QUIET)
 
 
 def _kill_during(

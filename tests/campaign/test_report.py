@@ -17,6 +17,7 @@ from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.stopping.rules import percent
 from seoro.campaign.store.batches import read_batches
 from seoro.campaign.store.folder import ASKED, RUNS, find_planned, read_campaign, write_campaign
+from seoro.campaign.work.measurements import reason_key
 from seoro.cli.main import main
 from tests.campaign.generated import generate, row, rows, store
 
@@ -202,3 +203,15 @@ def test_the_command_writes_all_results(tmp_path: Path, capsys: pytest.CaptureFi
     assert str(table.schema.field("id").type) == "string"
     assert main(["campaign", "report", str(tmp_path / "none")]) == 2
     assert "is not the folder of a campaign" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("reason", "key"),
+    [
+        ("timeout: still running after 26 s", "timeout: still running after # s"),
+        ("turtlebot4 moved into 'box' at (-1.78, 2e-05)", "turtlebot4 moved into 'box' at (#, #)"),
+        ("tb12 is 3.5 m from arm_2", "tb12 is # m from arm_2"),
+    ],
+)
+def test_a_kind_of_failure_keeps_names(reason: str, key: str) -> None:
+    assert reason_key(reason) == key

@@ -10,6 +10,7 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from pathlib import Path
 from typing import Final
 
+import dask.config
 import distributed
 
 from seoro.bundle.paths import InvalidPath, check_path
@@ -28,6 +29,8 @@ CLOSE_TIMEOUT: Final = 60.0  # [s] for the clean-up of stopped runs
 PERIOD: Final = 2.0  # [s] between counts of the workers
 AT_ONCE: Final = 32  # runs of a task, which are made again if its worker dies
 MORE: Final = 2  # chunks that wait in the scheduler, so that workers do not wait, and adaptive clusters grow
+QUIET: Final = {"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "1s"}
+"""Settings of Dask workers, whose profiler and checks of themselves take milliseconds per short run."""
 MOST_FILES: Final = 256 << 20  # [bytes] of the files of a campaign
 
 
@@ -178,11 +181,12 @@ async def _connect(address: str, stack: AsyncExitStack) -> distributed.Client:
         number = address.removeprefix(LOCAL)
         if not number.isdecimal() or not int(number):
             raise UsageError(f"invalid Dask cluster `{address}`: expected `local:N` with N processes")
-        place = await stack.enter_async_context(
-            distributed.LocalCluster(
-                n_workers=int(number), threads_per_worker=1, dashboard_address=None, asynchronous=True
+        with dask.config.set(QUIET):
+            place = await stack.enter_async_context(
+                distributed.LocalCluster(
+                    n_workers=int(number), threads_per_worker=1, dashboard_address=None, asynchronous=True
+                )
             )
-        )
     try:
         return await stack.enter_async_context(
             distributed.Client(place, asynchronous=True, timeout=CONNECT_TIMEOUT, set_as_default=False)

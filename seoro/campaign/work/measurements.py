@@ -10,7 +10,7 @@ from seoro.bridges.wire.outputs import Measurements
 from seoro.campaign.space.world_axes import world_number
 from seoro.embed.world_settings import WORLD
 
-_NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
+_NUMBER = re.compile(r"(?<![A-Za-z_\d])-?\d+(\.\d+)?(e[-+]?\d+)?")
 
 
 def values_of(texts: Mapping[str, str], parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -73,5 +73,5 @@ def of_item(record: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
 
 
 def reason_key(reason: str) -> str:
-    """Return a reason with `#` for numbers, so that alike failures have the same."""
+    """Return a reason with `#` for numbers, so that alike failures have the same; names keep their digits."""
     return _NUMBER.sub("#", reason)
