@@ -176,18 +176,21 @@ class Execution:
         self._scheduler.cut_grace()
 
     def _on_event(self, backend: Backend, name: str, arguments: Mapping[str, Any]) -> None:
-        """Record an event of a backend."""
-        if name == CONTACT:
-            self._services.contacts.report(backend, arguments)
+        """Take an event of a backend into the present instant, or into the next."""
+        self._scheduler.act_in_instant(partial(self._act_on_event, backend, name, arguments))
+
+    def _act_on_event(self, backend: Backend, name: str, arguments: Mapping[str, Any]) -> None:
+        """Record an event of a backend, which is the cause of its effects."""
         if name == WARNING:
-            source = self._entry.declaration.span
-            self._scheduler.act_in_instant(partial(self._trace.log, arguments["message"], "warning", source))
-        else:
-            self._scheduler.act_in_instant(partial(self._trace.event, name, arguments))
-        if name == DEPARTURE:
-            self._scheduler.act_in_instant(
-                partial(self._services.decide, RunStatus.FAILED, arguments["reason"], None)
-            )
+            self._trace.log(arguments["message"], "warning", self._entry.declaration.span)
+            return
+        scheduler, services = self._scheduler, self._services
+        scheduler.cause = self._trace.event(name, arguments)
+        if name == CONTACT:
+            services.contacts.report(backend, arguments)
+        elif name == DEPARTURE:
+            services.decide(RunStatus.FAILED, arguments["reason"], None)
+        scheduler.cause = None
 
     def fail_backend(self, error: Exception) -> None:
         """End the run because a backend is lost, or was stopped by a person, which is not an error."""

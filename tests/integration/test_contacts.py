@@ -46,8 +46,9 @@ def test_an_action_that_moves_the_robot_into_an_obstacle_fails(
     tmp_path: Path, engine: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     status, records = run(tmp_path, PUSH, "--sim", engine)
-    [contact] = [r["arguments"] for r in records if r["kind"] == "event" and r["name"] == "contact"]
-    end = records[-1]
+    [event] = [r for r in records if r["kind"] == "event" and r["name"] == "contact"]
+    contact, end = event["arguments"], records[-1]
+    assert any(r.get("cause") == event["seq"] for r in records if r["kind"] == "behavior.end")
     assert (status, contact["strikers"]) == (1, ["turtlebot4"])
     assert "turtlebot4 moved into 'parcel' at (0.3" in end["reason"]
     assert f"{contact['time']:.3f} s after the start" in end["reason"]

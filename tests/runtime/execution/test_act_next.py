@@ -127,7 +127,7 @@ async def test_simulated_time_continues_while_a_run_waits_for_its_application(
     server = Server()
     monkeypatch.setattr(
         "seoro.embed.preparation.make_clock",
-        lambda *arguments: ReadClock(SimulatorClock(server, math.inf), arguments[-1]),
+        lambda *arguments: ReadClock(SimulatorClock(server, math.inf), arguments[3]),
     )
     (tmp_path / "main.osc").write_text(ASKING)
     async with (
@@ -147,7 +147,7 @@ async def test_a_subscription_holds_simulated_time(tmp_path: Path, monkeypatch: 
     server = Server()
     monkeypatch.setattr(
         "seoro.embed.preparation.make_clock",
-        lambda *arguments: ReadClock(SimulatorClock(server, math.inf), arguments[-1]),
+        lambda *arguments: ReadClock(SimulatorClock(server, math.inf), arguments[3]),
     )
     (tmp_path / "main.osc").write_text(ASKING)
     async with (
