@@ -22,6 +22,7 @@ from tests.integration.conftest import wait_until
 
 distributed = pytest.importorskip("distributed")
 tasks = pytest.importorskip("seoro.campaign.dask.tasks")
+ANY_PORT = pytest.importorskip("seoro.campaign.dask.engine").ANY_PORT
 
 HANGING = """import osc.helpers
 scenario main:
@@ -42,6 +43,7 @@ async def cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncItera
         processes=False,
         protocol="tcp",
         dashboard_address=None,
+        scheduler_kwargs={"dashboard_address": ANY_PORT},
         asynchronous=True,
         local_directory=str(tmp_path / "dask"),
     )
@@ -115,7 +117,9 @@ def cluster_of_processes(number: int, folder: Path) -> Iterator[tuple[str, list[
     """Start a Dask scheduler and workers in processes of their own; yields its address, and the workers."""
     file = folder / "scheduler.json"
     own = ["--no-dashboard", "--host", "127.0.0.1"]
-    parts = [["dask_scheduler", *own, "--port", "0", "--scheduler-file", str(file)]]
+    parts = [
+        ["dask_scheduler", *own, "--dashboard-address", ANY_PORT, "--port", "0", "--scheduler-file", str(file)]
+    ]
     parts += [["dask_worker", "--scheduler-file", str(file), *own, "--nthreads", "1", "--no-nanny"]] * number
     with ExitStack() as stack:
         started = []

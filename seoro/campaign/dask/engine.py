@@ -25,6 +25,8 @@ from seoro.files.inputs import Kind, read_input
 
 LOCAL: Final = "local:"  # begins the address of a cluster that is started here
 CONNECT_TIMEOUT: Final = 10.0  # [s]
+ANY_PORT: Final = "127.0.0.1:0"
+"""Place of the pages that a scheduler serves also without a dashboard; its default port may be in use."""
 CLOSE_TIMEOUT: Final = 60.0  # [s] for the clean-up of stopped runs
 PERIOD: Final = 2.0  # [s] between counts of the workers
 AT_ONCE: Final = 32  # runs of a task, which are made again if its worker dies
@@ -184,7 +186,11 @@ async def _connect(address: str, stack: AsyncExitStack) -> distributed.Client:
         with dask.config.set(QUIET):
             place = await stack.enter_async_context(
                 distributed.LocalCluster(
-                    n_workers=int(number), threads_per_worker=1, dashboard_address=None, asynchronous=True
+                    n_workers=int(number),
+                    threads_per_worker=1,
+                    dashboard_address=None,
+                    scheduler_kwargs={"dashboard_address": ANY_PORT},
+                    asynchronous=True,
                 )
             )
     try:
