@@ -39,6 +39,7 @@ OPTIONS: Final = ("--strategy", "random", "--sim", "mujoco", "--rate", "max", "-
 SEORO: Final = (sys.executable, "-m", "seoro.cli.main", "campaign")
 ROWS: Final = (0, 0, 1, 5, 20)  # new ones before a kill
 LONGEST: Final = 0.5  # [s] after them
+STEP: Final = 20  # kills between two lines about the progress
 ROLES: Final = ("coordinator", "fork server", "worker", "simulator")
 
 
@@ -88,6 +89,8 @@ def _disturb(folder: Path, kills: int, runs: int, draw: random.Random) -> tuple[
                 with suppress(ProcessLookupError):
                     os.kill(draw.choice(victims), signal.SIGKILL)
                     killed[role] += 1
+                    if killed.total() % STEP == 0:
+                        print(f"{killed.total()} kills, {_rows(folder)} rows", flush=True)
         if killed.total() < kills and _rows(folder) >= runs:
             runs += 100  # it was over too early
         if process.poll() is None and killed.total() == kills:

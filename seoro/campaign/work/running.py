@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import platform
 import time
 from dataclasses import replace
@@ -20,6 +19,7 @@ from seoro.campaign.store.folder import KEPT, TRACE
 from seoro.campaign.work.job import Job
 from seoro.campaign.work.measurements import of_robots, reason_key, values_of
 from seoro.campaign.work.outputs import recording, save_artifacts
+from seoro.campaign.work.processes import processor_time
 from seoro.campaign.work.scratch import Scratch
 from seoro.campaign.work.watching import Watching
 from seoro.embed.options import Options
@@ -31,7 +31,6 @@ from seoro.runtime.verdict import RunStatus
 
 DYING: Final = 20  # looks at a simulator that has lost the connection
 DYING_PERIOD: Final = 0.05  # [s] between two looks
-_TICKS: Final = os.sysconf("SC_CLK_TCK")  # [1/s] of processor time in /proc
 _NOTHING: Final[dict[str, Any]] = {}
 
 
@@ -205,7 +204,7 @@ class Worker:
     async def _has_simulator_died(self) -> bool:
         """Return whether the simulator has died; a process that dies closes its connections first."""
         for _ in range(DYING if self._is_lost else 1):
-            if self._simulator_fields() is None:
+            if processor_time(self._simulator) is None:
                 return True
             if self._is_lost:
                 await asyncio.sleep(DYING_PERIOD)
@@ -214,16 +213,7 @@ class Worker:
 
     def _simulator_time(self) -> float:
         """Return the processor time of the simulator so far [s]; 0 without one."""
-        fields = self._simulator_fields()
-        return 0.0 if fields is None else (int(fields[11]) + int(fields[12])) / _TICKS
-
-    def _simulator_fields(self) -> list[str] | None:
-        """Return the fields of `/proc/PID/stat` of the simulator from the state on; None without a living one."""
-        try:
-            fields = Path(f"/proc/{self._simulator}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-        except OSError:
-            return None
-        return None if fields[0] == "Z" else fields
+        return processor_time(self._simulator) or 0.0
 
 
 def _error(planned: Planned, reason: str, where: str = "") -> dict[str, Any]:
