@@ -14,6 +14,7 @@ from seoro.robotics.tracks import MAX_POSE_RATE
 from sim_nodes.entities import Entities
 from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import Engine
+from sim_nodes.plans import Plans
 from sim_nodes.robots.robot import Robot
 from sim_nodes.scenery import describe_body
 from sim_nodes.ticks import IDLE_TICKS, TICK
@@ -34,6 +35,7 @@ class Mark:
     poses: Mapping[str, bytes]
     believed: Mapping[str, bytes]
     since: Mapping[str, float]
+    plans: Plans
     waiting: int  # number of samples
     size: int  # [bytes] of them
 
@@ -50,6 +52,7 @@ class Tracks:
         self._poses: dict[str, bytes] = {}  # last samples by entity
         self._believed: dict[str, bytes] = {}
         self._since: dict[str, float] = {}  # times at which the described entities were spawned [s]
+        self._plans = Plans()
         self._world: World | None = None
         self._scene: wire.Scene | None = None  # for the next sample
         self._waiting: list[wire.TrackSample] = []
@@ -78,7 +81,7 @@ class Tracks:
         """Stop, and drop the waiting samples."""
         self.every = 0
         self.discard()
-        self._poses, self._believed, self._scene = {}, {}, None
+        self._poses, self._believed, self._plans, self._scene = {}, {}, Plans(), None
 
     def continue_in(self, world: World, describe: Callable[[], wire.Scene]) -> None:
         """Include all entities in the next sample, and the scene if the world is another one.
@@ -120,7 +123,8 @@ class Tracks:
         new = [name for name, start in since.items() if self._since.get(name) != start]
         scene, self._scene = self._scene, None
         self._poses, self._believed, self._since = poses, believed, since
-        if moved or localised or removed:
+        plans = tuple(self._plans.sample(time, robots))
+        if moved or localised or removed or plans:
             self._add(
                 wire.TrackSample(
                     time=time,
@@ -131,11 +135,12 @@ class Tracks:
                     removed=removed,
                     added=() if scene is not None else tuple(describe_body(entities, name) for name in new),
                     scene=scene,
+                    plans=plans,
                 )
             )
 
     def _add(self, sample: wire.TrackSample) -> None:
-        size = OVERHEAD + len(sample.poses) + len(sample.believed)
+        size = OVERHEAD + len(sample.poses) + len(sample.believed) + sum(len(plan.points) for plan in sample.plans)
         if self._size + size > MAX_WAITING:
             self._dropped += 1
             return
@@ -154,11 +159,12 @@ class Tracks:
 
     def mark(self) -> Mark:
         """Return the state, before the simulation goes ahead."""
-        return Mark(self._poses, self._believed, self._since, len(self._waiting), self._size)
+        return Mark(self._poses, self._believed, self._since, self._plans.copy(), len(self._waiting), self._size)
 
     def rewind(self, mark: Mark) -> None:
         """Return to a state."""
         self._poses, self._believed, self._since = dict(mark.poses), dict(mark.believed), dict(mark.since)
+        self._plans = mark.plans.copy()
         del self._waiting[mark.waiting :]
         self._size = mark.size
 

@@ -15,7 +15,7 @@ from typing import assert_never
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Pose2, wrap
 from sim_nodes.navigation.arrival import has_arrived
-from sim_nodes.navigation.contracts import ControlInput, Controller, Following, Setup
+from sim_nodes.navigation.contracts import ControlInput, Controller, Following, Path, Setup
 from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.goals import Feedback, Goal, check_reachable
 from sim_nodes.navigation.maps import NavigationMap
@@ -202,6 +202,11 @@ class Navigator(Stateful):
             number_of_recoveries=self.recoveries - self._recovered_before,
             number_of_poses_remaining=len(self.goal.poses) - self._index,
         )
+
+    @property
+    def plan(self) -> Path | None:
+        """The present plan; None without one."""
+        return None if self.goal is None else self._plans.path
 
     def _distance_to_go(self, pose: Pose2) -> float:
         assert self.goal is not None

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+from itertools import pairwise
+
 import pytest
 
 from seoro.bridges import wire
@@ -127,6 +130,11 @@ def test_lookahead_and_rewinding_do_not_change_samples(engine: str) -> None:
             seen += [sample for sample in advanced.tracks if sample.time <= ahead.simulator.time]
     assert len(found) > 15
     assert seen == found
+    plans = [(sample.time, plan) for sample in found for plan in sample.plans]
+    assert [plan.robot for _, plan in plans][:1] == [ROBOT]
+    assert all(later[0] - before[0] >= 1.0 for before, later in pairwise(plans))
+    x, y = struct.unpack_from("<2d", plans[0][1].points, len(plans[0][1].points) - 16)
+    assert (x, y) == pytest.approx((1.5, 1.5), abs=0.1)
 
 
 def test_all_entities_are_sampled_after_a_change() -> None:

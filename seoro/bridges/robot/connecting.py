@@ -92,6 +92,7 @@ async def connect_robots(
             async with held(address, holder) as features, background() as group:
                 node = RobotNode(address, holder, features)
                 group.start_soon(node.send_heartbeats)
+                group.start_soon(node.tracks.run)
                 yield node
     except SessionError as error:
         raise connection_error(endpoint, security, error, START) from error

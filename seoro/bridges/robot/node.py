@@ -10,18 +10,24 @@ from contextlib import suppress
 import anyio
 
 from seoro.bridges import wire
+from seoro.bridges.robot.tracks import RobotTracks
 from seoro.bridges.session import NoAnswer, NoServer, Refused, SessionError
 from seoro.bridges.sim.capabilities import reason_unserved
 from seoro.bridges.sim.requests import NodeAddress, to_exception
 from seoro.bridges.sim.sensing import SensingRequests
 from seoro.bridges.wire.holds import HOLD_DEADLINE, HOLD_PATIENCE
 from seoro.errors import BackendError, BackendLost, BackendStopped
+from seoro.runtime.contracts.tracks import TrackReporter
 
 ANSWER = 1.0  # [s] time limit of the bridge, beyond the requested wait
 PATIENCE = HOLD_PATIENCE
 RETRY = 0.05  # [s] between attempts during an outage
 PROFILES = "the profile of a ROS 2 robot names its topics and actions"
+POSE_TIMEOUT = 1.0  # [s]
 STOP_TIMEOUT = 5.0  # [s]; longer than that of bridges for their robots
+
+
+_LOCALISED = wire.GET_LOCALIZATION.name
 
 
 class RobotNode(SensingRequests):
@@ -42,6 +48,9 @@ class RobotNode(SensingRequests):
         self._broken_since = math.inf
         self._stood_until = -math.inf  # end of the latest outage in which the node stopped its robots
         self._robots = {robot.name: robot for robot in features.robots}
+        localised = [robot.name for robot in features.robots if not robot.verbs or _LOCALISED in robot.verbs]
+        is_real = wire.ADVANCE.name not in features.features
+        self.tracks = RobotTracks(localised, self._ask_localization, are_real=is_real)
 
     @property
     def robots(self) -> Sequence[wire.RobotInfo]:
@@ -64,8 +73,16 @@ class RobotNode(SensingRequests):
         """Return None, see above."""
         return None
 
+    async def start_tracks(self, rate: float, report: TrackReporter) -> None:
+        """See `Tracks`. Robots without a localisation are not reported."""
+        self.tracks.start(rate, report)
+
+    async def _ask_localization(self, robot: str) -> wire.Localization:
+        return await self.ask(wire.GET_LOCALIZATION, wire.RobotName(robot=robot), POSE_TIMEOUT)
+
     async def end_run(self) -> None:
         """Stop every robot, and report the remaining events."""
+        self.tracks.stop()
         for robot in self._robots:
             await self.ask(wire.STOP_ROBOT, wire.StopRobot(robot=robot), STOP_TIMEOUT)
         await self.replay_events()

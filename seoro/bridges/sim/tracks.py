@@ -11,10 +11,11 @@ from seoro.bridges.sim.requests import Requests
 from seoro.bridges.sim.rules import ProtocolViolation
 from seoro.bridges.sim.scenes import plain_entity, scene_change
 from seoro.runtime.contracts.backends import WARNING
-from seoro.runtime.contracts.tracks import PoseSample, SceneChange, TrackReporter, Tracks
+from seoro.runtime.contracts.tracks import PlanSample, PoseSample, SceneChange, TrackReporter, Tracks
 
 _TOLERANCE = 1e-9  # [s]
 _POSES = Struct(f"<{wire.POSE_VALUES}d")
+_POINT = Struct("<2d")
 _BELIEVED = Struct(f"<{wire.BELIEVED_VALUES}d")
 
 
@@ -63,6 +64,17 @@ class TrackRequests(Requests):
             for entity in sample.added:
                 self._report_sample(SceneChange("entity", {"time": sample.time, "entity": plain_entity(entity)}))
             self._report_sample(self._decode(sample))
+            for plan in sample.plans:
+                self._report_sample(PlanSample(sample.time, plan.robot, self._decode_plan(plan)))
+
+    def _decode_plan(self, plan: wire.TrackPlan) -> list[tuple[float, float]]:
+        is_whole = len(plan.points) % _POINT.size == 0
+        points = list(_POINT.iter_unpack(plan.points)) if is_whole else []
+        if not is_whole or len(points) > wire.MAX_PLAN or not _are_finite(points):
+            found = f"a plan of {plan.robot} with {len(plan.points)} bytes"
+            expected = f"at most {wire.MAX_PLAN} points of finite numbers"
+            raise ProtocolViolation(f"{self.name} violated the protocol: it sent {found}; expected {expected}")
+        return points
 
     def _decode(self, sample: wire.TrackSample) -> PoseSample:
         try:

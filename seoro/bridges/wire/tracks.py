@@ -7,7 +7,7 @@ from seoro.bridges.wire.scene import Scene, SceneEntity
 
 POSE_VALUES = 13  # of an entity: position, quaternion (x, y, z, w), linear and angular velocity
 BELIEVED_VALUES = 3  # of a robot: x, y, yaw
-NUMBER = 8  # [bytes]
+MAX_PLAN = 500  # points of a plan
 
 
 class StartTracks(Message):
@@ -17,6 +17,13 @@ class StartTracks(Message):
     """
 
     rate: float
+
+
+class TrackPlan(Message):
+    """Plan of a robot: x, y of its points as little-endian doubles [m], in `map`; empty without a plan."""
+
+    robot: str
+    points: bytes = b""
 
 
 class TrackSample(Message):
@@ -34,6 +41,7 @@ class TrackSample(Message):
     removed: tuple[str, ...] = ()  # entities that were deleted since the sample before
     added: tuple[SceneEntity, ...] = ()  # entities that were spawned since then
     scene: Scene | None = None  # another world since then
+    plans: tuple[TrackPlan, ...] = ()  # of robots that have planned again, at most once per second each
 
 
 START_TRACKS = Verb("start_tracks", StartTracks, Empty)

@@ -35,6 +35,7 @@ _FIELDS: Final[dict[str, dict[str, Any]]] = {
     "variable": {"path": str, "of": int, "field": str},
     "scene": {"time": _NUMBER, "shapes": list, "entities": list},
     "entity": {"time": _NUMBER, "entity": dict},
+    "path": {"time": _NUMBER, "entity": str, "points": list},
     "poses": {"time": _NUMBER, "entities": dict},
 }
 

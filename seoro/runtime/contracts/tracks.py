@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import Protocol, runtime_checkable
 
@@ -13,14 +13,14 @@ class PoseSample(Value):
     """Poses at a time; the first sample of a backend has all entities, later ones the moved entities.
 
     Args:
-        time: Time of the sample on the backend's clock [s].
+        time: Time of the sample on the backend's clock [s]; None for now, on the clock of the run.
         entities: Position, quaternion (x, y, z, w), linear and angular velocity by entity [m, m/s, rad/s], in
             `map`; 13 numbers each.
         believed: x, y [m] and yaw [rad] of the localisation by robot, if they changed.
         removed: Entities that were deleted since the sample before.
     """
 
-    time: float
+    time: float | None
     entities: Mapping[str, tuple[float, ...]]
     believed: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     removed: tuple[str, ...] = ()
@@ -38,7 +38,21 @@ class SceneChange(Value):
     fields: Mapping[str, object]
 
 
-TrackReporter = Callable[[PoseSample | SceneChange], None]
+class PlanSample(Value):
+    """Plan of a robot that has planned again.
+
+    Args:
+        time: Time on the backend's clock [s].
+        robot: Name of the robot.
+        points: x, y of its points [m], in `map`; empty without a plan.
+    """
+
+    time: float
+    robot: str
+    points: Sequence[tuple[float, float]]
+
+
+TrackReporter = Callable[[PoseSample | PlanSample | SceneChange], None]
 """Callback for a sample or a change of the scene; called on the event loop, between instants."""
 
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from seoro.runtime.contracts.backends import Backend
-from seoro.runtime.contracts.tracks import PoseSample, SceneChange, Tracks
+from seoro.runtime.contracts.tracks import PlanSample, PoseSample, SceneChange, Tracks
 from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.trace.records import Trace
 
@@ -22,16 +22,23 @@ async def start_tracking(backends: Sequence[Backend], rate: float, scheduler: Sc
         trace: The trace.
     """
 
-    def record(sample: PoseSample | SceneChange) -> None:
+    def record(sample: PoseSample | PlanSample | SceneChange) -> None:
         if isinstance(sample, SceneChange):
             scheduler.act_in_instant(partial(trace.record, sample.kind, **sample.fields), can_wait=True)
             return
-        fields: dict[str, Any] = {"time": sample.time, "entities": dict(sample.entities)}
+        if isinstance(sample, PlanSample):
+            plan = {"time": sample.time, "entity": sample.robot, "points": list(sample.points)}
+            scheduler.act_in_instant(partial(trace.record, "path", **plan), can_wait=True)
+            return
+        fields: dict[str, Any] = {"entities": dict(sample.entities)}
         if sample.believed:
             fields["believed"] = dict(sample.believed)
         if sample.removed:
             fields["removed"] = list(sample.removed)
-        scheduler.act_in_instant(partial(trace.record, "poses", **fields), can_wait=True)
+        scheduler.act_in_instant(partial(record_poses, sample.time, fields), can_wait=True)
+
+    def record_poses(time: float | None, fields: dict[str, Any]) -> None:
+        trace.record("poses", time=scheduler.now if time is None else time, **fields)
 
     if not rate or not trace.is_observed:
         return

@@ -58,6 +58,7 @@ class LineRobot:
             wire.DRIVE: self._drive,
             wire.CMD_VEL: self._cmd_vel,
             wire.WATCH_PROXIMITY: self._watch,
+            wire.GET_LOCALIZATION: self._localization,
         }
 
     async def stop(self) -> None:
@@ -94,6 +95,10 @@ class LineRobot:
     async def _tick(self) -> None:
         await anyio.sleep(TICK)
         self._x += self._velocity * TICK
+
+    async def _localization(self, _request: wire.RobotName) -> wire.Localization:
+        pose = wire.Pose3D(wire.Position3D(x=self._x))
+        return wire.Localization(pose=pose, covariance=None, particles=0, error=None)
 
     async def _drive(self, request: wire.Drive) -> wire.Empty:
         check_finite("velocity", request.linear, request.angular)

@@ -13,6 +13,7 @@ from seoro.bridges.robot.connecting import RobotsBusy, connect_robots
 from seoro.errors import BackendError, BackendRefused, BackendUnreachable
 from seoro.robotics.geometry import Pose3D, Position3D
 from seoro.runtime.contracts.backends import GoalStatus, Report
+from seoro.runtime.contracts.tracks import PlanSample, PoseSample, SceneChange
 from tests.bridges.robot.conftest import Rails
 
 pytestmark = pytest.mark.anyio
@@ -61,6 +62,35 @@ async def test_aborted_and_refused_goals_have_a_reason(rails: Rails) -> None:
             await node.navigate("train", [at(1.0)], stop_at_each=False, report=end)
         with pytest.raises(BackendRefused, match="unsupported verb 'get_arm_state'"):
             await node.arm_state("line")
+
+
+async def test_poses_are_reported_while_robots_move(rails: Rails) -> None:
+    end = Ends()
+    found: list[PoseSample | PlanSample | SceneChange] = []
+    async with connect_robots(rails.endpoint, "a test") as node:
+        await node.set_initial_pose("line", at(0.0))
+        await node.start_tracks(50.0, found.append)
+        await node.navigate("line", [at(0.2)], stop_at_each=False, report=end)
+        await end.wait()
+        with anyio.fail_after(30.0):
+            while not _is_at_rest(found):
+                await anyio.sleep(0.02)
+        await node.end_run()
+    first, *samples = found
+    assert isinstance(first, SceneChange)
+    assert (first.kind, first.fields["entity"]) == (
+        "entity",
+        {"name": "line", "kind": "robot", "real": True, "shapes": []},
+    )
+    places = [sample.entities["line"][0] for sample in samples if isinstance(sample, PoseSample)]
+    assert places == sorted(places)
+    assert len(places) > 3
+    assert max(sample.entities["line"][7] for sample in samples if isinstance(sample, PoseSample)) > 0.1
+
+
+def _is_at_rest(found: list[PoseSample | PlanSample | SceneChange]) -> bool:
+    last = found[-1]
+    return isinstance(last, PoseSample) and last.entities["line"][0] >= 0.2 and last.entities["line"][7] == 0.0
 
 
 async def test_a_robot_has_one_goal_at_a_time_which_can_be_cancelled(rails: Rails) -> None:
