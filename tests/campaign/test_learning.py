@@ -20,7 +20,7 @@ from seoro.campaign.strategies.map_elites import MapElites
 from seoro.campaign.strategies.optimizers import CmaEs, Tpe
 from seoro.cli.main import main
 from seoro.errors import UsageError
-from tests.campaign.planted import COLUMN, Planted, results, runs_until_failure
+from tests.campaign.planted import COLUMN, in_one_place, results, runs_until_failure
 from tests.campaign.spaces import SPAN, listed, ranged
 from tests.campaign.test_campaigns import table
 
@@ -50,10 +50,10 @@ def row(status: End = End.PASSED, **fields: Any) -> Row:
 def test_optimizers_need_few_runs_for_a_failure(strategy: Strategy, module: str, most: int) -> None:
     pytest.importorskip("optuna")
     pytest.importorskip(module)
-    runs = [runs_until_failure(strategy, Planted(seed), seed, 400) for seed in range(7)]
+    runs = [runs_until_failure(strategy, in_one_place(seed), seed, 400) for seed in range(7)]
     assert statistics.median(runs) <= most
     first, again, other = (
-        [told.point for told in islice(results(strategy, Planted(3), seed), 40)] for seed in (1, 1, 2)
+        [told.point for told in islice(results(strategy, in_one_place(3), seed), 40)] for seed in (1, 1, 2)
     )
     assert first == again != other, "they depend on the seed and the results only"
 

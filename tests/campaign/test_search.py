@@ -19,7 +19,7 @@ from seoro.campaign.strategies.search import BATCH, Search
 from seoro.campaign.strategies.sobol import Sobol
 from seoro.cli.main import main
 from seoro.errors import UsageError
-from tests.campaign.planted import COLUMN, Planted, results, runs_until_failure
+from tests.campaign.planted import COLUMN, in_four_places, in_one_place, results, runs_until_failure
 from tests.campaign.spaces import SPAN, points, ranged
 from tests.campaign.test_campaigns import table
 
@@ -48,14 +48,41 @@ def row(status: End = End.PASSED, margin: float | None = None, **measured: objec
 @pytest.mark.more
 def test_a_search_needs_fewer_runs_than_random_draws() -> None:
     def median(strategy: Search | Uniform) -> float:
-        return statistics.median(runs_until_failure(strategy, Planted(seed), seed, 400) for seed in range(40))
+        return statistics.median(runs_until_failure(strategy, in_one_place(seed), seed, 400) for seed in range(40))
 
     assert median(Search(COLUMN)) <= 50
     assert median(Uniform()) >= 150
 
 
+def test_a_search_finds_one_of_several_kinds_of_failures() -> None:
+    runs = [
+        [runs_until_failure(strategy, in_four_places(seed), seed, 400) for seed in range(40)]
+        for strategy in (Search(COLUMN), Uniform())
+    ]
+    assert statistics.median(runs[0]) <= 0.75 * statistics.median(runs[1])
+
+
+@pytest.mark.parametrize("batch", [1, 2, 40])
+def test_a_search_has_batches_of_any_size(batch: int) -> None:
+    batches = Search("m", batch=batch).batches(Space((ranged("a"),)), 1)
+    drawn = next(batches)
+    for number in range(4):
+        drawn = batches.send([Told(each, (row(m=float(each.values["a"])),)) for each in drawn])
+        assert len(drawn) == batch, number
+    with pytest.raises(UsageError, match="expected at least 1 for `batch`"):
+        Search("m", batch=0).batches(Space((ranged("a"),)), 1)
+
+
+def test_a_search_continues_after_runs_without_a_verdict() -> None:
+    batches = Search("m").batches(Space((ranged("a"),)), 1)
+    drawn = next(batches)
+    for _ in range(3):
+        drawn = batches.send([Told(each, (row(End.ERROR),)) for each in drawn])
+    assert len({each.values["a"] for each in drawn}) == BATCH
+
+
 def test_a_search_stays_at_failures() -> None:
-    found = list(islice(results(Search(COLUMN), Planted(3), 3), 400))
+    found = list(islice(results(Search(COLUMN), in_one_place(3), 3), 400))
     failed = [told.rows[0].status is End.FAILED for told in found]
     assert sum(failed[200:]) > 100, "most runs of a search that has found failures fail"
     assert not all(failed[200:]), "and some explore"
@@ -63,7 +90,7 @@ def test_a_search_stays_at_failures() -> None:
 
 def test_the_points_of_a_search_depend_on_the_seed_and_the_results_only() -> None:
     first, again, other = (
-        [told.point for told in islice(results(Search(COLUMN), Planted(3), seed), 100)] for seed in (1, 1, 2)
+        [told.point for told in islice(results(Search(COLUMN), in_one_place(3), seed), 100)] for seed in (1, 1, 2)
     )
     assert first == again != other
 

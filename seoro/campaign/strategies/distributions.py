@@ -30,12 +30,7 @@ class Normal:
 
     def draw(self, random: Random) -> float:
         """Draw a share."""
-        if not self._deviation:
-            return random.random()
-        while True:
-            share = random.gauss(self._mean, self._deviation)
-            if 0.0 <= share < 1.0:
-                return share
+        return draw_normal(self._mean, self._deviation, random) if self._deviation else random.random()
 
     def learn(self, best: Sequence[float]) -> None:
         """Move to the shares of good points."""
@@ -43,6 +38,14 @@ class Normal:
         deviation = max(NARROWEST, statistics.pstdev(best))
         self._mean = kept * self._mean + (1 - kept) * statistics.fmean(best)
         self._deviation = kept * self._deviation + (1 - kept) * deviation
+
+
+def draw_normal(mean: float, deviation: float, random: Random) -> float:
+    """Draw a share from a normal distribution within the bounds."""
+    while True:
+        share = random.gauss(mean, deviation)
+        if 0.0 <= share < 1.0:
+            return share
 
 
 class Weights:
