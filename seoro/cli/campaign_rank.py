@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Final
 
 from seoro.bundle.unpack import read_options
-from seoro.campaign.after.exec_options import words_beyond_directives
 from seoro.campaign.emit import Emitter
+from seoro.campaign.emit_options import CONFTEST, place_conftest
 from seoro.campaign.opening import check_unchanged
 from seoro.campaign.ranking import Ranked, Ranking
 from seoro.campaign.runs import Planned, title_of
@@ -21,7 +21,6 @@ from seoro.cli.arguments import Commands, add_command, add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
 from seoro.cli.tables import table
-from seoro.embed.options import Options, Simulator
 from seoro.embed.scenarios import load
 from seoro.errors import UsageError
 
@@ -102,16 +101,8 @@ def _emit(campaign: CampaignFile, folder: Path, runs: Sequence[Planned], target:
         emitter.remove_others(stem, names)
         for name, run in zip(names, runs, strict=True):
             emitter.write(name, run.values, run.seed, [f"Run {run.number} of the campaign in {folder}."])
-    return f"\n  {target}/{stem}_*.osc  {count(len(runs))}\n  {_command(options, target, names[0])}"
-
-
-def _command(options: Options, target: Path, first: str) -> str:
-    """Return the command that runs the suite, or its first file if pytest does not know the options."""
-    if options.lab is None and options.ros is None and options.simulator == _only_named(options.simulator):
-        return shlex.join(["pytest", str(target), *([] if options.clock != "real" else ["--osc-clock", "real"])])
-    return shlex.join(["seoro", "exec", str(target / first), *words_beyond_directives(options)])
-
-
-def _only_named(simulator: Simulator | None) -> Simulator | None:
-    """Return a simulator with all that directives name."""
-    return simulator and Simulator(simulator.name, world=simulator.world, rate=simulator.rate)
+        has_options = place_conftest(options, target)
+    lines = [f"{target}/{stem}_*.osc  {count(len(runs))}"]
+    lines += [f"{target / CONFTEST}  the options of the campaign"] if has_options else []
+    clock = ["--osc-clock", "real"] if options.clock == "real" and not has_options else []
+    return "".join(f"\n  {line}" for line in (*lines, shlex.join(["pytest", str(target), *clock])))

@@ -195,7 +195,7 @@ def _run(scenario: Scenario, options: OptionFields) -> Result:
             help="use `async with seoro.start(scenario, **osc_options) as run: verdict = await run.result()`",
         )
     chosen: OptionFields = {**options, "keep_trace": True}
-    if options.get("clock") is None and options.get("simulator") is None:
+    if all(options.get(key) is None for key in ("clock", "simulator", "lab", "ros")):
         chosen["clock"] = "virtual"
     return asyncio.run(_run_to_end(scenario, chosen))
 

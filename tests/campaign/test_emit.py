@@ -6,6 +6,7 @@ import pytest
 
 from seoro.campaign.after.exec_options import words_beyond_directives
 from seoro.campaign.emit import Emitter
+from seoro.campaign.emit_options import place_conftest
 from seoro.cli.main import main
 from seoro.embed import load
 from seoro.embed.options import Lab, Options, Ros, Simulator
@@ -132,3 +133,41 @@ def test_other_options_belong_to_the_command() -> None:
     ]
     saved = Options(simulator=Simulator(endpoint="tcp/b:1", snapshot="s", model_path=["m"], rate=1.0))
     assert words_beyond_directives(saved) == ["--connect", "tcp/b:1", "--from-snapshot", "s", "--model-path", "m"]
+
+
+def options_in(folder: Path) -> dict[str, object]:
+    """Return the options that the `conftest.py` of a folder adds."""
+    file = folder / "conftest.py"
+    names = {"__file__": str(file)}
+    exec(file.read_text().replace("@pytest.fixture\n", ""), names)
+    found: dict[str, object] = names["osc_options"]({"seed": 3})  # type: ignore[operator]
+    return found
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"lab": Lab("lab.yaml", rate="max", model_path=["models"])},
+        {"ros": Ros("tcp/a:1", 3, "ros2dds", ["msgs"]), "simulator": Simulator("ros", world="w.sdf", rate=2.0)},
+        {"simulator": Simulator(endpoint="tcp/b:1", snapshot="s", world="hall"), "clock": "sim"},
+    ],
+)
+def test_pytest_gets_options_that_directives_do_not_have(home: Path, options: dict[str, object]) -> None:
+    (home / "smoke").mkdir()
+    assert place_conftest(Options(**options), home / "smoke")  # type: ignore[arg-type]
+    found = options_in(home / "smoke")
+    assert found.pop("seed") == 3
+
+    shown = {key: repr(value).replace(f"{home}/smoke/../../", "") for key, value in found.items()}
+    assert shown == {key: repr(value) for key, value in options.items()}
+
+
+def test_a_needless_conftest_is_removed_and_that_of_the_user_stays(home: Path) -> None:
+    plain = Options(simulator=Simulator("mujoco", world="hall"))
+    assert place_conftest(Options(lab=Lab("lab.yaml")), home)
+    assert not place_conftest(plain, home) and not (home / "conftest.py").exists()
+    (home / "conftest.py").write_text("# mine\n")
+    assert not place_conftest(plain, home)
+    with pytest.raises(UsageError, match="was not written by seoro campaign"):
+        place_conftest(Options(lab=Lab("lab.yaml")), home)
+    assert (home / "conftest.py").read_text() == "# mine\n"
