@@ -2,6 +2,8 @@
 
 import json
 import random
+import subprocess
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -122,6 +124,41 @@ def test_the_chosen_runs_become_a_test_suite(
     assert statuses == {each["run"]: int(bool(each["failure"])) for each in chosen}
     assert set(statuses.values()) == {0, 1}
     assert "# seoro: constrain load >= 2\n" in Path("smoke", files[0]).read_text()
+
+
+LAB = """simulators:
+  hall: {simulator: mujoco, world: hall}
+robots:
+  tb1: {in: hall, as: turtlebot4, type: turtlebot4}
+"""
+DRIVE = """import osc.driving
+import osc.helpers
+
+scenario drive:
+    robot: differential_drive_robot
+    pace: speed
+    keep(pace in [0.1mps, 0.2mps])
+    cover(pace, unit: mps, range: [0..0.3], every: 0.15, event: start)
+    do serial:
+        robot.drive(linear: pace, duration: 0.2s)
+        compare(pace, "<", 0.15mps)
+"""
+
+
+@pytest.mark.slow
+def test_the_suite_of_a_campaign_in_a_lab_runs_in_the_lab(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("drive.osc").write_text(DRIVE)
+    Path("lab.yaml").write_text(LAB)
+    assert main(["campaign", "run", "drive.osc", "--lab", "lab.yaml", "--seed", "1", "-j", "1"]) == 1
+    assert main(["campaign", "rank", "campaign", "--emit", "smoke"]) == 0
+    assert capfd.readouterr().out.endswith("  smoke/conftest.py  the options of the campaign\n  pytest smoke\n")
+    status = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "smoke"], check=False)
+    assert status.returncode == 1
+    out = capfd.readouterr().out
+    assert "1 failed, 1 passed" in out and "0.2mps < 0.15mps" in out
 
 
 def test_a_campaign_without_coverage_is_refused(
