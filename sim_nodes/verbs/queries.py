@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from seoro.bridges import wire
 from seoro.bridges.wire import Category, Empty
-from sim_nodes.entities import EntityInfo
+from sim_nodes.known_entities import EntityInfo
 from sim_nodes.listing import find_spawnables, find_worlds
 from sim_nodes.messages import bounds_of, entity_state, flat_pose, pose_of
 from sim_nodes.outcomes import operation_failed, unknown
