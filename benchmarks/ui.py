@@ -16,11 +16,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from playwright.sync_api import Browser, sync_playwright
+
+from tests.report.traces import many_records
 
 STATIC = Path(__file__).parents[1] / "seoro/report/static"
 WRITE = "import sys; from seoro.cli.main import main; sys.exit(main(sys.argv[1:]))"
@@ -41,52 +41,11 @@ async () => {
 """
 
 
-def records(count: int) -> Iterator[dict[str, Any]]:
-    """Yield the records of a run that repeats ten behaviors and counts, with causes and poses of two robots."""
-    start = {
-        "scenario": "main",
-        "file": "main.osc",
-        "seed": 1,
-        "parameters": {},
-        "overrides": {},
-        "clock": "virtual",
-    }
-    sources = [{"name": "main.osc", "sha256": "0", "text": "scenario main:\n" + "    wait elapsed(1s)\n" * 20}]
-    yield {"seq": 0, "t": 0.0, "kind": "run.start", **start, "sources": sources, "tree": [], "format": "1.1"}
-    seq, number, time_, round_ = 0, 0, 0.0, 0
-    while seq < count - 2:
-        round_ += 1
-        for member in range(10):
-            time_ = round(time_ + 0.01, 6)
-            seq += 1
-            name = f"robot.drive_{member}"
-            path = f"main/serial[0]#{round_}/{name}[{member}]"
-            place = {"source": f"main.osc:{member + 2}:5", "source_end": f"{member + 2}:21", "parent": None}
-            common = {"id": number, "type": "action", "name": name, "path": path, **place, "cause": seq - 1}
-            yield {"seq": seq, "t": time_, "wall": WALL, "kind": "behavior.start", **common}
-            seq += 1
-            value = {"path": f"count_{member}", "value": round_, "of": 0, "field": "count", "cause": seq - 1}
-            yield {"seq": seq, "t": time_, "wall": WALL, "kind": "variable", **value}
-            seq += 1
-            status = "failed" if number % 50_000 == 49_999 else "succeeded"
-            end = {"id": number, "status": status, "reason": "", "cause": seq - 1}
-            yield {"seq": seq, "t": round(time_ + 0.008, 6), "wall": WALL, "kind": "behavior.end", **end}
-            number += 1
-        seq += 1
-        moved = {f"tb{robot}": [time_ % 7, robot + 0.5, 0, 0, 0, 0, 1, 0.3, 0, 0, 0, 0, 0] for robot in (1, 2)}
-        yield {"seq": seq, "t": time_, "wall": WALL, "kind": "poses", "time": time_, "entities": moved}
-    end = {"status": "passed", "reason": "", "source": "", "explanation": None, "duration": time_}
-    yield {"seq": seq + 1, "t": time_, "wall": WALL, "kind": "run.end", **end, "cause": seq}
-
-
-WALL = "2026-01-01T00:00:00.123456+00:00"
-
-
 def write(folder: Path, count: int) -> tuple[float, float, int, int]:
     """Write a trace and its report; returns processor time [s], memory [MiB], and both sizes [bytes]."""
     trace, report = folder / f"{count}.jsonl", folder / f"{count}.html"
     with trace.open("w", encoding="utf-8") as file:
-        file.writelines(json.dumps(record, ensure_ascii=False) + "\n" for record in records(count))
+        file.writelines(json.dumps(record, ensure_ascii=False) + "\n" for record in many_records(count))
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     show = "print(*[line for line in open('/proc/self/status') if line.startswith('VmHWM')], file=sys.stderr)"
     code = WRITE.replace("sys.exit(main(sys.argv[1:]))", f"main(sys.argv[1:]); {show}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import zlib
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ scenario main:
     with:
         timeout(5s)
 """
+WALL = "2026-01-01T00:00:00.123456+00:00"
 HOSTILE = "<img src=x onerror=document.title='owned'></script><script>document.title='owned'</script>"
 REVERSED = "safe\u202egpj.exe\u2066"
 
@@ -149,9 +151,48 @@ def scene(robot: str) -> dict[str, Any]:
     }
 
 
-def write(folder: Path, found: list[dict[str, Any]]) -> Path:
+def write(folder: Path, found: Iterable[dict[str, Any]]) -> Path:
     """Write records as the trace of an output folder."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "trace.jsonl"
-    path.write_text("".join(json.dumps(record) + "\n" for record in found), encoding="utf-8")
+    with path.open("w", encoding="utf-8") as file:
+        file.writelines(json.dumps(record) + "\n" for record in found)
     return path
+
+
+def many_records(count: int) -> Iterator[dict[str, Any]]:
+    """Yield the records of a run that repeats ten behaviors and counts, with causes and poses of two robots."""
+    start = {
+        "scenario": "main",
+        "file": "main.osc",
+        "seed": 1,
+        "parameters": {},
+        "overrides": {},
+        "clock": "virtual",
+    }
+    sources = [{"name": "main.osc", "sha256": "0", "text": "scenario main:\n" + "    wait elapsed(1s)\n" * 20}]
+    yield {"seq": 0, "t": 0.0, "kind": "run.start", **start, "sources": sources, "tree": [], "format": "1.1"}
+    seq, number, time_, round_ = 0, 0, 0.0, 0
+    while seq < count - 2:
+        round_ += 1
+        for member in range(10):
+            time_ = round(time_ + 0.01, 6)
+            seq += 1
+            name = f"robot.drive_{member}"
+            path = f"main/serial[0]#{round_}/{name}[{member}]"
+            place = {"source": f"main.osc:{member + 2}:5", "source_end": f"{member + 2}:21", "parent": None}
+            common = {"id": number, "type": "action", "name": name, "path": path, **place, "cause": seq - 1}
+            yield {"seq": seq, "t": time_, "wall": WALL, "kind": "behavior.start", **common}
+            seq += 1
+            value = {"path": f"count_{member}", "value": round_, "of": 0, "field": "count", "cause": seq - 1}
+            yield {"seq": seq, "t": time_, "wall": WALL, "kind": "variable", **value}
+            seq += 1
+            status = "failed" if number % 50_000 == 49_999 else "succeeded"
+            end = {"id": number, "status": status, "reason": "", "cause": seq - 1}
+            yield {"seq": seq, "t": round(time_ + 0.008, 6), "wall": WALL, "kind": "behavior.end", **end}
+            number += 1
+        seq += 1
+        moved = {f"tb{robot}": [time_ % 7, robot + 0.5, 0, 0, 0, 0, 1, 0.3, 0, 0, 0, 0, 0] for robot in (1, 2)}
+        yield {"seq": seq, "t": time_, "wall": WALL, "kind": "poses", "time": time_, "entities": moved}
+    end = {"status": "passed", "reason": "", "source": "", "explanation": None, "duration": time_}
+    yield {"seq": seq + 1, "t": time_, "wall": WALL, "kind": "run.end", **end, "cause": seq}

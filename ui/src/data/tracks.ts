@@ -97,8 +97,10 @@ export class Tracks {
     columns: Columns,
   ) {
     const scenes = new Map((meta.scene?.entities ?? []).map((entity) => [entity.name, entity]));
+    // All robots are in a scene; what comes later is an object.
+    const later = (name: string): SceneEntity | null => (scenes.size > 0 ? { name, kind: "object" } : null);
     this.tracks = meta.entities.map(
-      ({ name }, index) => new Track(name, scenes.get(name) ?? null, columns, `track.${index}`, meta.step),
+      ({ name }, index) => new Track(name, scenes.get(name) ?? later(name), columns, `track.${index}`, meta.step),
     );
     this.believed = meta.entities.map(({ name }, index) =>
       columns.has(`believed.${index}.t`) ? new Track(name, null, columns, `believed.${index}`, meta.step) : null,

@@ -92,6 +92,8 @@ export interface Shape {
   kind: string;
   pose: number[];
   size: number[];
+  /** Outline of a polygon. */
+  points?: [number, number][];
   color?: string;
 }
 

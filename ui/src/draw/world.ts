@@ -84,7 +84,7 @@ export function drawStill(
   const scene = run.meta.scene;
   if (map !== null && scene?.map) drawMap(context, view, scene.map, map);
   drawGrid(context, view, colours);
-  for (const shape of scene?.shapes ?? []) drawShape(context, view, shape, null, colours.wall, colours);
+  for (const shape of (scene?.shapes ?? []).filter((found) => !isFlat(found))) drawShape(context, view, shape, null, colours.wall, colours);
   for (const place of scene?.places ?? []) {
     const [x, y] = screen(view, place.pose[0], place.pose[1]);
     context.fillStyle = colours.muted;
@@ -120,6 +120,11 @@ function drawGrid(context: CanvasRenderingContext2D, view: View, colours: Theme)
   context.fillText(`${Number(step.toPrecision(2))} m`, x, y - 8);
 }
 
+/** Whether a shape is part of the ground, which would hide the map. */
+function isFlat(shape: Shape): boolean {
+  return shape.kind === "box" && (shape.pose[2] ?? 0) + (shape.size[2] ?? 1) / 2 <= 0.02;
+}
+
 /** Draw the outline of a shape; its pose is relative to that of its entity. */
 function drawShape(
   context: CanvasRenderingContext2D,
@@ -144,7 +149,10 @@ function drawShape(
   context.lineWidth = 0.5;
   const [a = 0.1, b = a] = shape.size;
   context.beginPath();
-  if (shape.kind === "cylinder" || shape.kind === "sphere" || shape.kind === "capsule") {
+  if ((shape.points?.length ?? 0) >= 3) {
+    shape.points!.forEach(([px, py], index) => context[index === 0 ? "moveTo" : "lineTo"](px * view.scale, -py * view.scale));
+    context.closePath();
+  } else if (shape.kind === "cylinder" || shape.kind === "sphere" || shape.kind === "capsule") {
     context.arc(0, 0, Math.max(a * view.scale, 1), 0, 2 * Math.PI);
   } else {
     const [width, height] = [Math.max(a * view.scale, 1), Math.max(b * view.scale, 1)];
@@ -186,7 +194,7 @@ export function drawEntity(
   context.lineWidth = 2;
   context.strokeStyle = colours.surface;
   context.fillStyle = colour;
-  if (!isRobot && scene?.shapes?.length) {
+  if ((!isRobot || footprint.length < 3) && scene?.shapes?.length) {
     for (const shape of scene.shapes) drawShape(context, view, shape, pose, colour, colours);
   } else {
     context.beginPath();
