@@ -34,6 +34,7 @@ OUTPUTS = frozenset(
     {
         *("trace.jsonl", "measurements.json", "top_down.png", "test.xml", "coverage.json", "results.csv"),
         *("log.txt", "video.mp4", "audit.jsonl", "trajectories.csv", "joint_trajectories.csv"),
+        *("recording.mcap", "foxglove-layout.json", "shared.jsonl"),
         *("runs.csv", "asked.jsonl", "campaign.json"),  # of campaigns
         "metadata.yaml",  # of bags, by rosbag2
     }

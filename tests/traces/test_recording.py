@@ -136,6 +136,13 @@ def test_a_part_of_a_trace_has_the_same_times(tmp_path: Path) -> None:
     assert messages(tmp_path / "run.mcap")["/trace"][-1][1]["kind"] == "run.end"
 
 
+def test_a_trace_without_times_of_the_machine_begins_at_zero(tmp_path: Path) -> None:
+    file, shared = trace(tmp_path, RECORDS), str(tmp_path / "shared.jsonl")
+    assert main(["redact", file, shared, "--drop", "wall"]) == 0
+    assert main(["trace", shared, "--mcap", str(tmp_path / "run.mcap")]) == 0
+    assert messages(tmp_path / "run.mcap")["/tf"][0][0] == 0.5 - 1780221600
+
+
 def test_an_invalid_record_leaves_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = {**RECORDS[1], "map": {**MAP, "width": 10**9}}
     assert main(["trace", trace(tmp_path, [RECORDS[0], scene]), "--mcap", str(tmp_path / "run.mcap")]) == 2

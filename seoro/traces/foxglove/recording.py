@@ -96,8 +96,7 @@ class _Recording:
     def add(self, record: Record) -> None:
         """Write the messages of a record."""
         if self._start is None:  # of a part of a trace, too
-            wall = datetime.fromisoformat(record["wall"]).timestamp()
-            self._start = round((wall - record["t"]) * SECOND)
+            self._start = round((_wall(record) - record["t"]) * SECOND)
         self._trace.log(json.dumps(record).encode(), log_time=self._at(record["t"]))
         time: float = record["time"] if "time" in record else record["t"]
         at = self._at(time)
@@ -143,6 +142,14 @@ class _Recording:
         if topic not in self._scans:
             self._scans[topic] = LaserScanChannel(topic, context=self._context)
         return self._scans[topic]
+
+
+def _wall(record: Record) -> float:
+    """Return the time of the machine of a record [s since the epoch]; that of the run in redacted traces."""
+    try:
+        return datetime.fromisoformat(record["wall"]).timestamp()
+    except (KeyError, TypeError, ValueError):
+        return float(record["t"])
 
 
 def _log(message: str, level: LogLevel | None, record: Record, stamp: Timestamp) -> Log:
