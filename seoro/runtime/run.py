@@ -85,7 +85,7 @@ class Execution:
             run=self._run,
             homes=self._homes,
             grace=settings.grace,
-            nodes=self._tree.numbers if self._tree is not None else {},
+            places=self._tree.places if self._tree is not None else {},
             explain=_explain,
             debugger=settings.debugger,
         )

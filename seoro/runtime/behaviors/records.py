@@ -25,7 +25,7 @@ def record_start(behavior: Behavior, context: ExecutionContext, past: CausalPast
     number = services.new_id()
     if not services.trace.is_observed:
         return number
-    node = services.nodes.get(id(behavior))
+    known = services.places.get(id(behavior))
     past.cause = services.trace.record(
         "behavior.start",
         past.cause,
@@ -34,8 +34,7 @@ def record_start(behavior: Behavior, context: ExecutionContext, past: CausalPast
         type=type_of(behavior),
         name=name_of(behavior),
         path=context.path,
-        **place(behavior.span),
-        **({"node": node} if node is not None else {}),
+        **(place(behavior.span) if known is None else known),
     )
     return number
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property, partial
 from itertools import count
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 from weakref import WeakSet
 
 from seoro.lang import frozen
@@ -117,7 +117,7 @@ class Services:
     run: MethodContext
     homes: ActorAssignment
     grace: float  # [s] of the machine's clock, for the clean-up of a cancelled action
-    nodes: Mapping[int, int]  # numbers in the static tree by the identity of a behavior
+    places: Mapping[int, Mapping[str, Any]]  # of behaviors in the static tree, by identity; see `StaticTree`
     explain: Explain  # describes the current activities of tasks
     debugger: Debugging | None = None
     decision: Decision | None = None

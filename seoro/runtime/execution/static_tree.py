@@ -24,12 +24,12 @@ class StaticTree(Value):
 
     Args:
         nodes: Behaviors in source order, as plain data.
-        numbers: Indices in `nodes` by the identity of a behavior.
+        places: Fields of the start of a behavior by its identity: `node`, an index in `nodes`, and its span.
         omitted: Number of behaviors beyond `MAX_NODES`.
     """
 
     nodes: tuple[dict[str, Any], ...]
-    numbers: Mapping[int, int]
+    places: Mapping[int, Mapping[str, Any]]
     omitted: int
 
     def fields(self, files: Sequence[SourceFile]) -> dict[str, Any]:
@@ -49,17 +49,19 @@ class StaticTree(Value):
 def static_tree(plan: Plan) -> StaticTree:
     """Return the static tree of a plan."""
     nodes: list[dict[str, Any]] = []
-    numbers: dict[int, int] = {}
+    places: dict[int, dict[str, Any]] = {}
     omitted = 0
     for scenario in _scenarios(plan):
         for behavior, parent in _behaviors(scenario):
             if len(nodes) == MAX_NODES:
                 omitted += 1
                 continue
-            numbers[id(behavior)] = len(nodes)
-            around = None if parent is None else numbers[id(parent)]
-            nodes.append({"id": len(nodes), "parent": around, "scenario": scenario.name, **_described(behavior)})
-    return StaticTree(tuple(nodes), numbers, omitted)
+            around = None if parent is None else places[id(parent)]["node"]
+            places[id(behavior)] = found = {"node": len(nodes), **place(behavior.span)}
+            span = {"source": found["source"], "source_end": found["source_end"]}
+            own = {"id": len(nodes), "parent": around, "scenario": scenario.name}
+            nodes.append({**own, **_described(behavior), **span, **_invoked(behavior)})
+    return StaticTree(tuple(nodes), places, omitted)
 
 
 def behaviors_of_plan(plan: Plan) -> Iterator[tuple[str, Behavior]]:
@@ -90,9 +92,12 @@ def _behaviors(scenario: Scenario) -> Iterator[tuple[Behavior, Behavior | None]]
             yield reaction, None
 
 
-def _described(behavior: Behavior) -> dict[str, Any]:
-    invoked = {"invokes": behavior.scenario} if isinstance(behavior, InvokeScenario) else {}
-    return {"type": type_of(behavior), "name": name_of(behavior), **place(behavior.span), **invoked}
+def _described(behavior: Behavior) -> dict[str, str]:
+    return {"type": type_of(behavior), "name": name_of(behavior)}
+
+
+def _invoked(behavior: Behavior) -> dict[str, str]:
+    return {"invokes": behavior.scenario} if isinstance(behavior, InvokeScenario) else {}
 
 
 def place(span: Span) -> dict[str, str]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.contracts.tracks import PlanSample, PoseSample, SceneChange, Tracks
+from seoro.runtime.kernel.clock import TIME_DIGITS
 from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.trace.records import Trace
 
@@ -24,21 +25,26 @@ async def start_tracking(backends: Sequence[Backend], rate: float, scheduler: Sc
 
     def record(sample: PoseSample | PlanSample | SceneChange) -> None:
         if isinstance(sample, SceneChange):
-            scheduler.act_in_instant(partial(trace.record, sample.kind, **sample.fields), can_wait=True)
+            time = sample.fields.get("time")
+            record_soon(sample.kind, time if isinstance(time, float) else None, sample.fields)
             return
         if isinstance(sample, PlanSample):
-            plan = {"time": sample.time, "entity": sample.robot, "points": list(sample.points)}
-            scheduler.act_in_instant(partial(trace.record, "path", **plan), can_wait=True)
+            record_soon("path", sample.time, {"entity": sample.robot, "points": list(sample.points)})
             return
         fields: dict[str, Any] = {"entities": dict(sample.entities)}
         if sample.believed:
             fields["believed"] = dict(sample.believed)
         if sample.removed:
             fields["removed"] = list(sample.removed)
-        scheduler.act_in_instant(partial(record_poses, sample.time, fields), can_wait=True)
+        record_soon("poses", sample.time, fields)
 
-    def record_poses(time: float | None, fields: dict[str, Any]) -> None:
-        trace.record("poses", time=scheduler.now if time is None else time, **fields)
+    def record_soon(kind: str, time: float | None, fields: Mapping[str, Any]) -> None:
+        scheduler.act_in_instant(partial(record_now, kind, time, fields), can_wait=True)
+
+    def record_now(kind: str, time: float | None, fields: Mapping[str, Any]) -> None:
+        # By the time of the sample, since that of the instant depends on the speed of the machine.
+        at = scheduler.now if time is None else round(time, TIME_DIGITS)
+        trace.record_at(at, kind, **{**fields, "time": at})
 
     if not rate or not trace.is_observed:
         return

@@ -111,6 +111,7 @@ class Trace:
         self._now = now
         self._failed = failed
         self._numbers = count()
+        self._last = 0.0  # time of the last record [s]
         self._second = -1  # of the last record, since the epoch
         self._second_text = ""
         self._logs: deque[tuple[float, str, str]] = deque(maxlen=LOGS_KEPT)
@@ -141,14 +142,28 @@ class Trace:
             cause: Number of the record that brought it about, if known.
             fields: Its fields.
         """
-        if not self._observers:
-            return None
         if cause is not None:
             fields["cause"] = cause
+        return self._record(self._now(), kind, fields)
+
+    def record_at(self, time: float, kind: str, /, **fields: Any) -> int | None:
+        """Add a record of an earlier time, but not before the last record; return its number.
+
+        Args:
+            time: Its time on the run's clock [s].
+            kind: Its kind.
+            fields: Its fields.
+        """
+        return self._record(max(self._last, min(time, self._now())), kind, fields)
+
+    def _record(self, time: float, kind: str, fields: Mapping[str, Any]) -> int | None:
+        if not self._observers:
+            return None
+        self._last = time
         number = next(self._numbers)
         record = {
             "seq": number,
-            "t": self._now(),
+            "t": time,
             "wall": self._wall(),
             "kind": kind,
             **fields,
