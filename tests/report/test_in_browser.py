@@ -7,7 +7,7 @@ import pytest
 
 from seoro.report.page import report_folder
 from tests.report.conftest import Opened
-from tests.report.traces import HOSTILE, REVERSED, records, write
+from tests.report.traces import HOSTILE, REVERSED, many_records, records, write
 
 Open = Callable[..., Awaitable[Opened]]
 
@@ -111,3 +111,22 @@ async def test_axe_finds_no_violations(report: Path, open_report: Open, dark: bo
         await opened.tab(name)
         found = await opened.page.evaluate("axe.run()")
         assert [(rule["id"], rule["nodes"][0]["html"]) for rule in found["violations"]] == []
+
+
+@pytest.mark.slow
+async def test_a_run_of_a_million_records(tmp_path: Path, open_report: Open) -> None:
+    write(tmp_path, many_records(1_000_000))
+    report_folder(tmp_path, tmp_path / "report.html")
+    assert (tmp_path / "report.html").stat().st_size < 20_000_000
+    opened = await open_report(tmp_path / "report.html")
+    page = opened.page
+    assert "322,580 behaviors" in await page.locator("#timeline").inner_text()
+    await opened.tab("Records")
+    await page.get_by_role("listbox").press("End")
+    await page.get_by_role("option").get_by_text("The run passed").wait_for()
+    await page.get_by_label("show").select_option("failures")
+    await page.get_by_text("6 records", exact=True).wait_for()
+    await page.locator(".list .line").first.click()
+    await page.get_by_role("heading", name="robot.drive_9 failed after 8 ms").wait_for()
+    await page.get_by_role("button", name="earlier causes").wait_for()
+    assert opened.problems == []
