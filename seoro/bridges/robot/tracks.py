@@ -66,8 +66,9 @@ class RobotTracks:
         while self._robots:
             for name in tuple(self._robots):
                 await self._sample(name)
-            due = max(due + self._period, time.monotonic())
-            await anyio.sleep(due - time.monotonic())
+            now = time.monotonic()
+            due = max(due + self._period, now)
+            await anyio.sleep(due - now)
 
     async def _sample(self, name: str) -> None:
         """Report a pose that has changed; robots that refuse are not asked again."""
