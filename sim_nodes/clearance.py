@@ -15,6 +15,7 @@ from sim_nodes.near_walls import NearWalls, PlacedWall
 from sim_nodes.physics import BodyModel, BodyState, Box, Capsule, Cylinder, Engine, Hull, Part, Sphere, Wall
 from sim_nodes.polygons import Shadow, distance_from_polygon, distance_to_shadow, placed_corners
 from sim_nodes.robots.declaration import MobileDeclaration
+from sim_nodes.stateful import Stateful
 
 AROUND = 0.25  # [m] a robot moves before the walls near it are chosen again
 
@@ -214,7 +215,7 @@ def _reach_of(base: MobileDeclaration) -> float:
     return base.radius if base.footprint is None else base.footprint.radius
 
 
-class Clearances:
+class Clearances(Stateful):
     """Distances of the outlines of robots to other entities, from above.
 
     Args:
@@ -223,6 +224,8 @@ class Clearances:
         entities: Entities of the world.
         bases: Declarations of the robots that drive, by name.
     """
+
+    DERIVED = ("_near_walls",)
 
     def __init__(
         self,
