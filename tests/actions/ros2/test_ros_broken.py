@@ -69,7 +69,7 @@ async def test_unreadable_messages_are_reported(invocation: str, reason: str, tm
 
 
 async def test_transforms_that_cannot_be_read_are_reported_once(tmp_path: Path, broken: str) -> None:
-    text = '    do assert_tf_moving("base_link", timeout: 9s, tf_topic_namespace: "bad", duration: 0.3s)'
+    text = '    do assert_tf_moving("base_link", timeout: 9s, tf_topic_namespace: "bad", duration: 2s)'
     ran = await run(tmp_path, broken, text)
     [(_, text)] = ran.logs
     assert text.startswith("invalid message on /bad/tf: tf2_msgs/msg/TFMessage: ")

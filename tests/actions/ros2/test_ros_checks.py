@@ -215,7 +215,7 @@ scenario main:
         {change(before)}
         parallel:
             assert_lifecycle_state("/robot", [{STATES}], keep_running: false) with:
-                timeout(0.5s)
+                timeout({20 if reason else 0.5}s)
             serial:
                 wait elapsed(0.3s)
                 {change(after)}
