@@ -10,7 +10,7 @@ from typing import Final
 
 from seoro.campaign.emit import MARK, check_replaceable
 from seoro.embed.options import Lab, Options, Ros, Simulator
-from seoro.files.inputs import resolved
+from seoro.files.inputs import Kind, read_input, resolved
 
 CONFTEST: Final = "conftest.py"
 _TEXT: Final = """{mark}: options of its runs, for pytest.
@@ -49,7 +49,7 @@ def place_conftest(options: Options, folder: Path) -> bool:
     """
     path = folder / CONFTEST
     if not needs_conftest(options):
-        if path.exists() and path.read_text("utf-8").startswith(MARK):
+        if path.exists() and read_input(path, Kind.OUTPUT).startswith(MARK.encode()):
             path.unlink()
         return False
     check_replaceable(path)

@@ -9,6 +9,7 @@ from typing import Any, Final
 from seoro.cli.files import write_errors
 from seoro.cli.packages import require
 from seoro.errors import UsageError
+from seoro.files.inputs import Kind, open_input
 from seoro.runtime.execution.outputs import LAYOUT, RECORDING
 from seoro.traces.foxglove import PACKAGE, is_foxglove_installed
 from seoro.traces.reader import read_trace, valid_records
@@ -28,7 +29,7 @@ def recorded(trace: Path) -> list[tuple[Path, str]]:
     """
     if not (is_foxglove_installed() and trace.is_file() and trace.stat().st_size <= MAX_TRACE):
         return []
-    with trace.open("rb") as file:
+    with open_input(trace, Kind.TRACE) as file:
         if _SCENE not in file.read(_BEGIN):
             return []
         file.seek(0)

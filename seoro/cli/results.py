@@ -15,7 +15,6 @@ from typing import IO, TYPE_CHECKING, Any
 from seoro.cli.arguments import add_option
 from seoro.cli.files import shown_name, write_errors
 from seoro.cli.parquet import add_parquet_argument, check_parquet
-from seoro.cli.recordings import recorded
 from seoro.embed.parquet import is_parquet_installed, is_table, to_parquet
 from seoro.errors import BackendError, InvalidScenario, SeoroError, UsageError
 from seoro.files.inputs import resolved
@@ -172,6 +171,8 @@ class ResultFiles:
         folder: Path | None = self._options.output_dir
         written = [(path, "trace of the run") for path in self._trace_paths]
         if folder:
+            from seoro.cli.recordings import recorded  # noqa: PLC0415 - for runs with `-o` only
+
             written += recorded(folder / "trace.jsonl")
             for artifact in artifacts:
                 path = folder / Path(artifact.name).name

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.campaign.store.folder import KEPT
+from seoro.files.inputs import Kind, open_input, read_input
 from seoro.runtime.execution.outputs import INDEX
 
 TRACE: Final = "trace.jsonl"
@@ -82,14 +83,14 @@ def _run_folder(path: Path, names: tuple[str, ...] | None) -> RunFolder:
 
 def _results(folder: Path) -> tuple[str, ...]:
     """Return the names of the results of a run: those of its index that are in the folder, without paths."""
-    listed = (folder / INDEX).read_text(encoding="utf-8", errors="replace").splitlines()
+    listed = read_input(folder / INDEX, Kind.OUTPUT).decode(errors="replace").splitlines()
     names = {name for name in listed if name and Path(name).name == name and name != ".."}
     return tuple(sorted(name for name in names if os.path.lexists(folder / name)))
 
 
 def _status(trace: Path) -> str:
     """Return the status in the last record of a trace; empty without an end."""
-    with trace.open("rb") as file:
+    with open_input(trace, Kind.TRACE) as file:
         file.seek(max(0, trace.stat().st_size - _TAIL))
         last = file.read().rstrip().rpartition(b"\n")[2]
     try:

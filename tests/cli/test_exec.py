@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from io import BytesIO, TextIOWrapper
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as Xml
 
 import pytest
@@ -51,7 +52,7 @@ def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
     return write_file
 
 
-def records(path: str) -> list[dict[str, object]]:
+def records(path: str) -> list[dict[str, Any]]:
     return [json.loads(line) for line in Path(path).read_text().splitlines()]
 
 
@@ -94,6 +95,9 @@ def test_the_trace_has_the_promised_records(write: Write) -> None:
     trace = records("trace.jsonl")
     assert [record["seq"] for record in trace] == list(range(len(trace)))
     start, end = trace[0], trace[-1]
+    [own] = [each for each in start.pop("sources") if "text" in each]
+    assert own["text"] == Path("test.osc").read_text()
+    assert [node["source"] for node in start.pop("tree")][:1] == ["test.osc:7:8"]
     assert start | {"wall": "", "version": ""} == {
         "seq": 0,
         "t": 0.0,
@@ -106,12 +110,14 @@ def test_the_trace_has_the_promised_records(write: Write) -> None:
         "overrides": {},
         "clock": "virtual",
         "version": "",
+        "format": "1.1",
     }
     assert end["kind"] == "run.end"
     assert (end["status"], end["reason"], end["duration"]) == ("passed", "", 0.0)
     behavior = next(record for record in trace if record["kind"] == "behavior.start" and record["type"] == "wait")
     assert behavior["source"] == "test.osc:8:9"
-    assert set(behavior) == {"seq", "t", "wall", "kind", "id", "parent", "type", "name", "path", "source"}
+    stamps, text = {"seq", "t", "wall", "kind", "cause"}, {"source", "source_end", "node"}
+    assert set(behavior) == stamps | text | {"id", "parent", "type", "name", "path"}
     assert all(re.fullmatch(r"\d{4}-\d\d-\d\dT[\d:.]+\+00:00", str(record["wall"])) for record in trace)
 
 

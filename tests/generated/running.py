@@ -130,6 +130,10 @@ def in_any_order(ran: Ran) -> list[tuple[int, list[str]]]:
     found: dict[int, list[str]] = {}
     for number, record in zip(ran.rounds, ran.records, strict=True):
         shown = {name: names.named(name, value) for name, value in record.items() if name != "seq"}
+        if "cause" in shown:
+            shown["cause"] = names.record(ran.records[record["cause"]])
+        if record["kind"] == "run.start":
+            shown["tree"] = len(record["tree"])
         if record["kind"] == "variable":
             changes[number] += 1
             shown["number"] = changes[number]
@@ -169,6 +173,11 @@ class _Names:
                 self._holders.setdefault(traced["object"], path)
             for name, value in traced.items():
                 self._name_objects(value, f"{path}.{name}")
+
+    def record(self, record: Record) -> str:
+        """Return a name of a record that is a cause."""
+        own = self._behaviors[record["id"]] if "id" in record else record.get("name") or record.get("path", "")
+        return f"{record['kind']} {own} at {record['t']}"
 
     def named(self, field: str, value: Any) -> Any:
         """Return the value of a field of a record, with names instead of numbers."""

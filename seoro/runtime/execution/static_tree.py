@@ -38,7 +38,7 @@ class StaticTree(Value):
         Args:
             files: The files of the scenario; empty if it has none.
         """
-        found: dict[str, Any] = {"format": FORMAT, "tree": self.nodes}
+        found: dict[str, Any] = {"format": FORMAT, "tree": list(self.nodes)}
         if files:
             found["sources"] = sources(files)
         if self.omitted:
