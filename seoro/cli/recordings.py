@@ -50,5 +50,5 @@ def write(records: Iterable[dict[str, Any]], path: Path) -> None:
     try:
         with write_errors(path):
             write_recording(records, path)
-    except ValueError as error:
+    except (ValueError, RuntimeError) as error:  # errors of the package's writer are `RuntimeError`
         raise UsageError(f"cannot write {path}: {error}") from error

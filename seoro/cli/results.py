@@ -171,9 +171,6 @@ class ResultFiles:
         folder: Path | None = self._options.output_dir
         written = [(path, "trace of the run") for path in self._trace_paths]
         if folder:
-            from seoro.cli.recordings import recorded  # noqa: PLC0415 - for runs with `-o` only
-
-            written += recorded(folder / "trace.jsonl")
             for artifact in artifacts:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
@@ -182,6 +179,9 @@ class ResultFiles:
                     table = path.with_suffix(".parquet")
                     _write(table, to_parquet(artifact.data))
                     written.append((table, f"{artifact.description}, as Parquet"))
+            from seoro.cli.recordings import recorded  # noqa: PLC0415 - for runs with `-o` only
+
+            written += recorded(folder / "trace.jsonl")
             written += _write_coverage(folder / _COVERAGE, verdict)
         if self._junit_paths:
             from seoro.runtime.trace.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load

@@ -96,7 +96,7 @@ def test_a_hanging_simulator_ends_the_run(start_seoro: StartSeoro, tmp_path: Pat
             ["trace.jsonl"],
             marks=pytest.mark.slow,
         ),
-        (9_000, "cannot write {}/top_down.png: File too large; the run itself: passed", ["trace.jsonl"]),
+        (20_000, "cannot write {}/top_down.png: File too large; the run itself: passed", ["trace.jsonl"]),
     ],
 )
 def test_a_full_disk_ends_the_run_as_an_error(tmp_path: Path, size: int, words: str, left: list[str]) -> None:

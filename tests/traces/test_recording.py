@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import resource
+import subprocess
+import sys
 import zlib
 from base64 import b64encode
 from pathlib import Path
@@ -148,3 +151,20 @@ def test_an_invalid_record_leaves_no_file(tmp_path: Path, capsys: pytest.Capture
     assert main(["trace", trace(tmp_path, [RECORDS[0], scene]), "--mcap", str(tmp_path / "run.mcap")]) == 2
     assert "invalid record 1 (`scene`): invalid size of a map" in capsys.readouterr().err
     assert {each.name for each in tmp_path.iterdir()} == {"trace.jsonl"}
+
+
+def test_a_full_disk_is_one_error(tmp_path: Path) -> None:
+    trace, out = tmp_path / "trace.jsonl", tmp_path / "out.mcap"
+    trace.write_text("".join(json.dumps({"seq": number, **each}) + "\n" for number, each in enumerate(RECORDS)))
+    code = "import sys; from seoro.cli.main import main; sys.exit(main(sys.argv[1:]))"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "trace", str(trace), "--mcap", str(out)],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300)),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: cannot write {out}: ")
+    assert [path.name for path in tmp_path.iterdir()] == ["trace.jsonl"]
