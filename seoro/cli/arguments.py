@@ -23,8 +23,6 @@ Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 N = TypeVar("N", int, float)
 
-_UNITS: Final = {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
-_DURATION: Final = re.compile(r"(?P<number>\d+(\.\d+)?)\s*(?P<unit>s|min|h|d)")
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 
 
@@ -113,16 +111,27 @@ def rate(text: str) -> float:
     return math.inf if text == "max" else _rate(text)
 
 
-def duration(text: str) -> float:
-    """Convert a duration to seconds.
+def with_unit(expected: str, units: Mapping[str, float]) -> Callable[[str], float]:
+    """Return a type of options for numbers with a unit.
 
-    Raises:
-        ArgumentTypeError: The text is invalid.
+    Args:
+        expected: The expected form, for messages.
+        units: Factors by unit.
     """
-    parts = _DURATION.fullmatch(text)
-    if parts is None:
-        raise argparse.ArgumentTypeError(f"expected a duration such as 90s, 30min, 2h or 1d, found {text!r}")
-    return float(parts["number"]) * _UNITS[parts["unit"]]
+    form = re.compile(rf"(?P<number>\d+(\.\d+)?)\s*(?P<unit>{'|'.join(units)})")
+
+    def convert(text: str) -> float:
+        parts = form.fullmatch(text)
+        if parts is None:
+            raise argparse.ArgumentTypeError(f"expected {expected}, found {text!r}")
+        return float(parts["number"]) * units[parts["unit"]]
+
+    return convert
+
+
+duration = with_unit(
+    "a duration such as 90s, 30min, 2h or 1d", {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
+)  # [s]
 
 
 def domain(text: str) -> int:

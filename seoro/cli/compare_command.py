@@ -9,8 +9,7 @@ from dataclasses import asdict
 
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
-from seoro.cli.report_command import trace_of
-from seoro.cli.trace_input import read_records
+from seoro.cli.trace_input import read_records, trace_of
 from seoro.errors import UsageError
 from seoro.text.printable import one_line
 from seoro.traces.difference import Difference, Side, first_difference

@@ -11,6 +11,7 @@ from seoro.cli.arguments import add_option
 from seoro.cli.files import write_errors
 from seoro.cli.output_folder import OutputFolder
 from seoro.cli.remote_arguments import add_run_argument, named_run
+from seoro.runtime.execution.outputs import TRACE
 from seoro.runtime.trace.jsonl import to_line
 from seoro.text.printable import one_line
 
@@ -37,7 +38,7 @@ async def run(options: argparse.Namespace) -> None:
 async def _get(options: argparse.Namespace) -> list[Path]:
     async with named_run(options) as found:
         folder = options.output_dir or Path(found.id[:8])
-        trace = folder / "trace.jsonl"
+        trace = folder / TRACE
         output = OutputFolder(folder)
         output.claim()
         with write_errors(trace):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from seoro.cli.files import write_errors
-from seoro.runtime.execution.outputs import INDEX, RESULT_NAMES, add_to_index
+from seoro.runtime.execution.outputs import INDEX, RESULT_NAMES, TRACE, add_to_index
 
 _STANDARD = RESULT_NAMES - {"log.txt"}  # the printed output of a run on an executor; a common name for other files
 
@@ -51,7 +51,7 @@ def _listed(folder: Path) -> list[str]:
     """Names of the results in the folder: those in its index; without one, the standard ones beside a trace."""
     index = folder / INDEX
     if not index.is_file():
-        return sorted(_STANDARD) if (folder / "trace.jsonl").is_file() else []
+        return sorted(_STANDARD) if (folder / TRACE).is_file() else []
     names = index.read_text(encoding="utf-8", errors="replace").splitlines()
     return [name for name in names if name and Path(name).name == name and name != ".."]
 

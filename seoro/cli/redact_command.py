@@ -10,6 +10,7 @@ from seoro.cli.arguments import add_option
 from seoro.cli.files import STDIN, write_errors
 from seoro.cli.trace_input import invalid_trace, open_trace
 from seoro.errors import UsageError
+from seoro.files.replacing import replacing
 from seoro.traces.reader import InvalidRecord, read_trace, valid_records
 from seoro.traces.redaction import Redactor, count_text
 
@@ -47,17 +48,12 @@ def run(options: argparse.Namespace) -> None:
     except ValueError as error:
         raise UsageError(str(error), help="for example `--drop scene:map`") from error
     problems: list[InvalidRecord] = []
-    partial = target.with_name(f"{target.name}.part")
     number = 0
-    with open_trace(source) as file, write_errors(target):
-        try:
-            with partial.open("w", encoding="utf-8") as out:
-                for record in valid_records(read_trace(file), problems):
-                    out.write(json.dumps(redactor.redact(record), ensure_ascii=False) + "\n")
-                    number += 1
-            if problems or not number:
-                raise invalid_trace(source, problems)
-            partial.replace(target)
-        finally:
-            partial.unlink(missing_ok=True)
+    with open_trace(source) as file, write_errors(target), replacing(target) as partial:
+        with partial.open("w", encoding="utf-8") as out:
+            for record in valid_records(read_trace(file), problems):
+                out.write(json.dumps(redactor.redact(record), ensure_ascii=False) + "\n")
+                number += 1
+        if problems or not number:
+            raise invalid_trace(source, problems)
     print(f"{target}: {number} records, replaced {count_text(redactor.counts)}")

@@ -9,10 +9,10 @@ from pathlib import Path
 from seoro.cli.arguments import add_option
 from seoro.cli.files import STDIN, write_errors
 from seoro.cli.results import check_writable
-from seoro.cli.trace_input import open_trace
+from seoro.cli.trace_input import open_trace, trace_of
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
-from seoro.report.folder import TRACE
+from seoro.files.replacing import replacing
 from seoro.report.page import REPORT, NoRecords, write_report
 from seoro.report.reading import Reading
 
@@ -72,32 +72,14 @@ def write_file(trace: str, folder: Path | None, output: Path) -> Reading:
     """
     with open_trace(trace) as records:
         check_writable(output)
-        part = output.with_name(f".{output.name}.part")  # a partial report could be mistaken for a complete one
         try:
-            with write_errors(output), part.open("w", encoding="utf-8", newline="\n") as file:
-                reading = write_report(records, folder, file)
-            with write_errors(output):
-                part.replace(output)
+            with (
+                write_errors(output),
+                replacing(output) as partial,
+                partial.open("w", encoding="utf-8", newline="\n") as file,
+            ):
+                return write_report(records, folder, file)
         except NoRecords as found:
             raise UsageError(
                 f"invalid trace {trace}: {found}", help="`seoro exec --trace FILE` writes a trace"
             ) from found
-        finally:
-            part.unlink(missing_ok=True)
-    return reading
-
-
-def trace_of(name: str) -> tuple[str, Path | None]:
-    """Return the trace of a run, and the folder with its other results.
-
-    Raises:
-        UsageError: A folder has no trace.
-    """
-    path = Path(name)
-    if name == STDIN:
-        return name, None
-    if not path.is_dir():
-        return name, path.parent
-    if not (path / TRACE).is_file():
-        raise UsageError(f"no {TRACE} in the folder {name}", help="`seoro exec -o DIR` writes one")
-    return str(path / TRACE), path

@@ -18,7 +18,7 @@ from seoro.cli.parquet import add_parquet_argument, check_parquet
 from seoro.embed.parquet import is_parquet_installed, is_table, to_parquet
 from seoro.errors import BackendError, InvalidScenario, SeoroError, UsageError
 from seoro.files.inputs import resolved
-from seoro.runtime.execution.outputs import RESULT_NAMES
+from seoro.runtime.execution.outputs import RESULT_NAMES, TRACE
 from seoro.runtime.trace.writer import unbuffered
 from seoro.runtime.verdict import Verdict
 
@@ -59,7 +59,7 @@ class ResultFiles:
 
             self._folder = OutputFolder(options.output_dir)
         trace = None if options.trace in (None, STDOUT) else Path(options.trace)
-        self._trace_paths = self._with_folder(trace, "trace.jsonl")
+        self._trace_paths = self._with_folder(trace, TRACE)
         self._junit_paths = self._with_folder(options.junit, "test.xml")
         self._is_claimed = False
         self._are_inputs = False
@@ -181,7 +181,7 @@ class ResultFiles:
                     written.append((table, f"{artifact.description}, as Parquet"))
             from seoro.cli.recordings import recorded  # noqa: PLC0415 - for runs with `-o` only
 
-            written += recorded(folder / "trace.jsonl")
+            written += recorded(folder / TRACE)
             written += _write_coverage(folder / _COVERAGE, verdict)
         if self._junit_paths:
             from seoro.runtime.trace.junit import case_of, junit  # noqa: PLC0415 - XML takes long to load
@@ -310,11 +310,11 @@ def silence(file: IO[str]) -> None:
 
 def _write_report(folder: Path) -> tuple[Path, str]:
     """Write the report of a finished run, after all files that it shows."""
-    from seoro.report.page import REPORT, report_folder  # noqa: PLC0415 - for `--report` only
+    from seoro.cli.report_command import write_file  # noqa: PLC0415 - for `--report` only
+    from seoro.report.page import REPORT  # noqa: PLC0415 - the same
 
     path = folder / REPORT
-    with write_errors(path):
-        report_folder(folder, path)
+    write_file(str(folder / TRACE), folder, path)
     return path, "report of the run: open it in a browser"
 
 

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from seoro.campaign.store.folder import KEPT
+from seoro.campaign.store.folder import CAMPAIGN, KEPT
 from seoro.files.inputs import Kind, open_input, read_input
-from seoro.runtime.execution.outputs import INDEX
+from seoro.runtime.execution.outputs import INDEX, TRACE
 
-TRACE: Final = "trace.jsonl"
 _TAIL: Final = 1 << 20  # [bytes] at the end of a trace that have its `run.end`
-_CAMPAIGN: Final = "campaign.json"
 _DIGITS: Final = 6  # of the folder of a kept run of a campaign, at least
 
 
@@ -59,7 +57,7 @@ def find_runs(root: Path) -> Iterator[RunFolder]:
     for place, folders, files in os.walk(root):
         path = Path(place)
         folders[:] = sorted(name for name in folders if not (path / name).is_symlink())
-        if _CAMPAIGN in files and KEPT in folders:
+        if CAMPAIGN in files and KEPT in folders:
             folders.remove(KEPT)
             yield from _kept_runs(path / KEPT)
         elif INDEX in files and TRACE in files:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import re
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -12,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from seoro.cli.arguments import add_command, add_option, duration
+from seoro.cli.arguments import add_command, add_option, duration, with_unit
 from seoro.cli.exit_status import Exit
 from seoro.cli.run_folders import find_runs, size_of
 from seoro.errors import UsageError
@@ -29,8 +28,8 @@ runs in the folder of an executor. Other files in these folders stay. Runs that 
 exit status: 0; 3 if a folder cannot be deleted"""
 
 UNENDED: Final = 86_400.0  # [s] for which runs without an end stay, as they may be active
-_SIZE: Final = re.compile(r"(?P<number>\d+(\.\d+)?)\s*(?P<unit>kB|MB|GB|TB)")
 _UNITS: Final = {"kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}
+_bytes = with_unit("a size such as 500MB or 20GB", _UNITS)
 _STORE: Final = "runs.sqlite"
 _PASSED: Final = "passed"
 
@@ -60,21 +59,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     prune = add_command(commands, "prune", "delete runs by age and size")
     prune.add_argument("folders", metavar="FOLDER", nargs="+", type=Path, help="folder with runs, at any depth")
     add_option(prune, "--older DURATION", "delete runs that ended longer ago, such as 12h or 30d", type=duration)
-    add_option(prune, "--larger SIZE", "delete the oldest runs while all are larger, such as 20GB", type=_size)
+    add_option(prune, "--larger SIZE", "delete the oldest runs while all are larger, such as 20GB", type=_bytes)
     add_option(prune, "--keep-failed", "keep runs that did not pass")
     add_option(prune, "-n --dry-run", "print the runs that would be deleted, and delete none")
-
-
-def _size(text: str) -> float:
-    """Convert a size to bytes.
-
-    Raises:
-        ArgumentTypeError: The text is invalid.
-    """
-    parts = _SIZE.fullmatch(text)
-    if parts is None:
-        raise argparse.ArgumentTypeError(f"expected a size such as 500MB or 20GB, found {text!r}")
-    return float(parts["number"]) * _UNITS[parts["unit"]]
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from typing import IO
 from seoro.cli.files import STDIN
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
+from seoro.runtime.execution.outputs import TRACE
 from seoro.traces.reader import InvalidRecord, Record, read_trace, valid_records
 
 
@@ -26,6 +27,22 @@ def open_trace(name: str) -> AbstractContextManager[IO[bytes]]:
         return open_input(Path(name), Kind.TRACE)
     except OSError as error:
         raise UsageError(f"cannot read the trace {name}: {error.strerror}") from error
+
+
+def trace_of(name: str) -> tuple[str, Path | None]:
+    """Return the trace of a run, and the folder with its other results.
+
+    Raises:
+        UsageError: A folder has no trace.
+    """
+    path = Path(name)
+    if name == STDIN:
+        return name, None
+    if not path.is_dir():
+        return name, path.parent
+    if not (path / TRACE).is_file():
+        raise UsageError(f"no {TRACE} in the folder {name}", help="`seoro exec -o DIR` writes one")
+    return str(path / TRACE), path
 
 
 def invalid_trace(name: str, problems: Sequence[InvalidRecord]) -> UsageError:

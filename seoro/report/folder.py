@@ -11,7 +11,6 @@ from typing import Any, Final
 from seoro.files.inputs import Kind, open_input
 from seoro.report.reading import Reading
 
-TRACE: Final = "trace.jsonl"
 _MOST_ROWS: Final = 500_000  # of trajectories; the table of a run has at most 100,000
 
 

@@ -15,7 +15,7 @@ from typing import IO, Any, Final
 from seoro.report.blocks import KINDS
 from seoro.report.columns import STEP, Packed
 from seoro.report.fallback import content, safe, verdict_word
-from seoro.report.folder import TRACE, add_trajectories, read_json
+from seoro.report.folder import add_trajectories, read_json
 from seoro.report.reading import Reading
 from seoro.report.repeat import repeat_command
 from seoro.report.rows import STATUSES
@@ -176,20 +176,3 @@ def _hash(text: str) -> str:
 
 def _static(name: str) -> str:
     return (files("seoro.report") / "static" / name).read_text(encoding="utf-8")
-
-
-def report_folder(folder: Path, output: Path) -> Reading:
-    """Write the report of the run whose results are in a folder.
-
-    Args:
-        folder: Output folder of the run.
-        output: The report.
-
-    Raises:
-        NoRecords: The trace has no valid records.
-        OSError: A file cannot be read or written.
-    """
-    from seoro.files.inputs import Kind, open_input  # noqa: PLC0415 - for this function only
-
-    with open_input(folder / TRACE, Kind.TRACE) as trace, output.open("w", encoding="utf-8", newline="\n") as file:
-        return write_report(trace, folder, file)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import pytest
 import pytest_asyncio
 
-from seoro.report.page import report_folder
+from seoro.cli.report_command import write_file
+from seoro.runtime.execution.outputs import TRACE
 from tests.report.traces import records, write
 
 if TYPE_CHECKING:
@@ -86,5 +87,5 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report of a run that fails."""
     folder = tmp_path_factory.mktemp("out")
     write(folder, records())
-    report_folder(folder, folder / "report.html")
+    write_file(str(folder / TRACE), folder, folder / "report.html")
     return folder / "report.html"

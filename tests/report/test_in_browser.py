@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from seoro.report.page import report_folder
+from seoro.cli.report_command import write_file
+from seoro.runtime.execution.outputs import TRACE
 from tests.report.conftest import Opened
 from tests.report.traces import HOSTILE, REVERSED, many_records, records, write
 
@@ -76,7 +77,7 @@ async def test_each_tab_is_read_back(report: Path, open_report: Open) -> None:
 async def test_hostile_texts_show_as_text(tmp_path: Path, open_report: Open) -> None:
     label = HOSTILE + REVERSED + "x" * 10_000
     write(tmp_path, records(label, log=label, robot=HOSTILE))
-    report_folder(tmp_path, tmp_path / "report.html")
+    write_file(str(tmp_path / TRACE), tmp_path, tmp_path / "report.html")
     opened = await open_report(tmp_path / "report.html", width=360)
     page = opened.page
     for name in ("Log", "Records", "Plots", "Values", "Source"):
@@ -116,7 +117,7 @@ async def test_axe_finds_no_violations(report: Path, open_report: Open, dark: bo
 @pytest.mark.slow
 async def test_a_run_of_a_million_records(tmp_path: Path, open_report: Open) -> None:
     write(tmp_path, many_records(1_000_000))
-    report_folder(tmp_path, tmp_path / "report.html")
+    write_file(str(tmp_path / TRACE), tmp_path, tmp_path / "report.html")
     assert (tmp_path / "report.html").stat().st_size < 20_000_000
     opened = await open_report(tmp_path / "report.html")
     page = opened.page

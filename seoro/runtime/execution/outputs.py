@@ -10,6 +10,7 @@ from seoro.lang.frozen import Value
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 # Standard results of runs; simulators write the pictures, measurements and trajectories.
+TRACE = "trace.jsonl"
 VIDEO = "video.mp4"
 RECORDING, LAYOUT = "recording.mcap", "foxglove-layout.json"
 TABLES = ("trajectories", "joint_trajectories")  # written as CSV, and as Parquet on request
@@ -17,7 +18,7 @@ RESULT_NAMES = frozenset(
     {
         "top_down.png",
         "measurements.json",
-        "trace.jsonl",
+        TRACE,
         "test.xml",
         "coverage.json",
         *(f"{name}.{suffix}" for name in TABLES for suffix in ("csv", "parquet")),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from datetime import datetime
 from importlib import resources
 from pathlib import Path
@@ -32,6 +31,7 @@ from foxglove.messages import (
     Vector3,
 )
 
+from seoro.files.replacing import replacing
 from seoro.traces.foxglove.scenes import MAP, UPRIGHT, entity_update, grid_of, removal_update, scene_update
 from seoro.traces.foxglove.values import SECOND, to_pose, to_quaternion, to_timestamp
 
@@ -59,24 +59,12 @@ def write_recording(records: Iterable[Record], path: Path) -> None:
         ValueError: A record is invalid; the file is incomplete.
     """
     context = Context()
-    partial = path.with_name(f"{path.name}.part")
-    with _removed(partial), open_mcap(partial, allow_overwrite=True, context=context):
+    with replacing(path) as partial, open_mcap(partial, allow_overwrite=True, context=context):
         recording = _Recording(context)
         for record in records:
             recording.add(record)
-    partial.replace(path)
     layout = resources.files(__package__).joinpath("layout.json").read_bytes()
     path.with_name(LAYOUT).write_bytes(layout)
-
-
-@contextmanager
-def _removed(path: Path) -> Iterator[None]:
-    """Remove a file if the block fails."""
-    try:
-        yield
-    except BaseException:
-        path.unlink(missing_ok=True)
-        raise
 
 
 class _Recording:
