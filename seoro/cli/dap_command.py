@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import os
 import sys
 
+from seoro.cli.stdio import protocol_output
 from seoro.errors import UsageError
 
 EXAMPLES = """examples:
@@ -25,13 +25,12 @@ def run(options: argparse.Namespace) -> None:
 
 
 async def _serve() -> None:
-    """Serve on stdin and stdout; prints of actions go to stderr, so that they do not break the protocol."""
+    """Serve on stdin and stdout."""
     from seoro.dap.connection import Connection, InvalidMessage  # noqa: PLC0415 - slow to load
     from seoro.dap.session import Session  # noqa: PLC0415 - the same
 
     loop = asyncio.get_running_loop()
-    with os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0) as out:
-        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    with protocol_output() as out:
         reader = asyncio.StreamReader()
         try:
             await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)

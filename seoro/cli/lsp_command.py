@@ -6,12 +6,12 @@ import argparse
 import gc
 import json
 import logging
-import os
 import sys
 from typing import TYPE_CHECKING, BinaryIO, cast
 
 from seoro.cli.arguments import add_option
 from seoro.cli.packages import require
+from seoro.cli.stdio import protocol_output
 from seoro.errors import UsageError
 from seoro.lsp.frames import Frames
 from seoro.text.printable import log_to_stderr
@@ -74,9 +74,8 @@ def _address(text: str) -> tuple[str, int]:
 
 
 def _serve_stdio(server: SeoroServer) -> None:
-    """Serve on stdin and stdout; redirect prints of libraries to stderr to protect the protocol."""
-    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:
-        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    """Serve on stdin and stdout."""
+    with protocol_output() as out:
         frames = Frames(sys.stdin.buffer, lambda reason: _refuse(out, reason))
         server.start_io(cast(BinaryIO, frames), out)
 

@@ -16,7 +16,6 @@ from seoro.embed.scenarios import Scenario, load
 from seoro.errors import InvalidScenario, SeoroError
 from seoro.lang.frozen import Value
 from seoro.lang.plan import Plan
-from seoro.lang.source import Span
 from seoro.runtime.debug.breakpoints import Breakpoint
 from seoro.runtime.debug.debugger import Debugger
 from seoro.runtime.execution.context import BehaviorScope
@@ -68,7 +67,7 @@ class RunControl:
         self._options = launch.options(self.debugger)
         self.plan: Plan = self.scenario.plan(self._options.name, {})
         self._run: Run | None = None
-        self.names = [(behavior, owner) for owner, behavior in behaviors_of_plan(self.plan)]
+        self._behaviors = list(behaviors_of_plan(self.plan))  # with the names of their scenarios
 
     async def run(self, observer: Callable[[Mapping[str, Any]], object]) -> Verdict:
         """Run to the end.
@@ -102,8 +101,8 @@ class RunControl:
         file = path.resolve()
         lines = {
             behavior.span.line: owner
-            for behavior, owner in reversed(self.names)
-            if behavior.span.file.path is not None and behavior.span.file.path.resolve() == file
+            for owner, behavior in reversed(self._behaviors)
+            if self.debugger.breakpoints.path_of(behavior.span) == file
         }
         found: dict[int, Breakpoint] = {}
         placed = [self._place(each, lines, found) for each in requested]
@@ -137,11 +136,6 @@ class RunControl:
         except EvaluationError as error:
             raise SeoroError(f"`{text}` has no value: {error}") from error
         return value, value_text(value, type_, self.plan.structures)
-
-    @staticmethod
-    def path_of(span: Span) -> str:
-        """Return the absolute path of the file of a span; empty for other texts."""
-        return str(span.file.path.resolve()) if span.file.path is not None else ""
 
 
 class _Observer:

@@ -85,11 +85,11 @@ class Views:
         line, column = frame.span.file.position(frame.span.start)
         end_line, end_column = frame.span.file.position(frame.span.end)
         name = frame.name if frame.name == frame.kind else f"{frame.kind} {frame.name}"
-        path = self._control.path_of(frame.span)
+        path = self._control.debugger.breakpoints.path_of(frame.span)
         return {
             "id": len(self._frames),
             "name": f"{name}, since {frame.since:.3f} s",
-            "source": {"name": frame.span.file.name, **({"path": path} if path else {})},
+            "source": {"name": frame.span.file.name, **({"path": str(path)} if path is not None else {})},
             "line": line + self._shift,
             "column": column + self._shift,
             "endLine": end_line + self._shift,

@@ -149,9 +149,10 @@ def _source(name: str, path: str, real_path: str, digest: str) -> SourceFile:
         OSError, ValueError: The text is missing or has changed.
     """
     text = read_input(Path(path), Kind.SCENARIO).decode().removeprefix("\ufeff")
-    if digest_of(text) != digest or str(resolved(Path(path))) != real_path:
+    found = SourceFile(name, text, Path(path))
+    if found.sha256 != digest or str(resolved(Path(path))) != real_path:
         raise ValueError(f"{path} has changed")
-    return SourceFile(name, text, Path(path))
+    return found
 
 
 _Function = tuple[str, str, bool, dict[str, ValueType]]  # module, name, has an actor, types of parameters
@@ -216,9 +217,7 @@ def _content(scenario: Scenario, entry: Entry, plan: Plan) -> bytes:
         OSError, ValueError, AttributeError, PlanDataError: The plan cannot be cached.
     """
     files, functions = scenario.files, scenario.functions
-    texts = [
-        (file.name, str(file.path), str(resolved(Path(str(file.path)))), digest_of(file.text)) for file in files
-    ]
+    texts = [(file.name, str(file.path), str(resolved(Path(str(file.path)))), file.sha256) for file in files]
     head = _makers(), texts, sorted(scenario.scenario_lines), (entry.name, entry.line)
     actions = {name: _described(functions.actions[name]) for name in plan.actions}
     modifiers = {

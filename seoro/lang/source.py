@@ -6,6 +6,7 @@ the scenario.
 
 from __future__ import annotations
 
+import hashlib
 import re
 from bisect import bisect_right
 from dataclasses import dataclass, field
@@ -37,6 +38,11 @@ class SourceFile:
     def _line_starts(self) -> tuple[int, ...]:
         """Offsets of line starts; CR, LF and CRLF end a line (7.2.1.2)."""
         return (0, *(found.end() for found in _LINE_END.finditer(self.text)))
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of the text in UTF-8."""
+        return hashlib.sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return line and column of an offset, both from 1."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from seoro.lang.frozen import Value
 from seoro.lang.plan import Expression
-from seoro.lang.source import Span
+from seoro.lang.source import SourceFile, Span
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.values.environment import Environment, EvaluationError
 
@@ -33,6 +33,7 @@ class Breakpoints:
 
     def __init__(self) -> None:
         self._of_files: dict[Path, Mapping[int, Breakpoint]] = {}
+        self._paths: dict[SourceFile, Path | None] = {}  # without links
         self.on_error: Callable[[str], object] = lambda message: None
 
     def replace(self, file: Path, found: Mapping[int, Breakpoint]) -> None:
@@ -44,6 +45,13 @@ class Breakpoints:
         """
         self._of_files[file] = found
 
+    def path_of(self, span: Span) -> Path | None:
+        """Return the absolute path of the file of a span, without links; None for other texts."""
+        file = span.file
+        if file not in self._paths:
+            self._paths[file] = file.path.resolve() if file.path is not None else None
+        return self._paths[file]
+
     def is_met(self, span: Span, environment: Callable[[], Environment]) -> bool:
         """Whether a behavior that starts at a span meets a breakpoint.
 
@@ -51,9 +59,8 @@ class Breakpoints:
             span: Span of the behavior.
             environment: Returns the environment of its expressions.
         """
-        if not self._of_files or span.file.path is None:
-            return False
-        found = self._of_files.get(span.file.path.resolve(), {}).get(span.line)
+        path = self.path_of(span) if self._of_files else None
+        found = self._of_files.get(path, {}).get(span.line) if path is not None else None
         if found is None:
             return False
         if found.condition is None:

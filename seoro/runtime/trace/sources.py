@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -24,8 +23,7 @@ def sources(files: Sequence[SourceFile]) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     left = MAX_TEXT
     for file in files:
-        digest = hashlib.sha256(file.text.encode("utf-8", "surrogatepass")).hexdigest()
-        described: dict[str, Any] = {"name": file.name, "sha256": digest}
+        described: dict[str, Any] = {"name": file.name, "sha256": file.sha256}
         if file.path is not None and file.path.parent == _LIBRARY:
             described["library"] = True
         elif len(file.text) <= left:
