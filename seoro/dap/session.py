@@ -124,6 +124,8 @@ class Session:
         for warning in warnings:
             self._print(f"{warning}\n", "important")
         self._control = RunControl(launch)
+        if arguments.get("noDebug"):  # "run without debugging"
+            self._control.debugger.release()
         self._control.debugger.on_pause = self._paused
         self._control.debugger.breakpoints.on_error = lambda message: self._print(f"{message}\n", "stderr")
         self._views = Views(self._control, self._first_line)

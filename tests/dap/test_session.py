@@ -73,6 +73,7 @@ class Editor:
         self.there = there
         self._numbers = count(1)
         self.events: list[dict[str, Any]] = []
+        self.seen: list[dict[str, Any]] = []  # all messages
 
     async def ask(self, command: str, **arguments: Any) -> dict[str, Any]:
         """Send a request, and return its answer."""
@@ -109,6 +110,7 @@ class Editor:
         async with asyncio.timeout(30):
             message = await self._connection.receive()
         assert message is not None
+        self.seen.append(message)
         return message
 
     async def launch(self, file: Path, *lines: int, **settings: Any) -> dict[str, Any]:
@@ -208,6 +210,14 @@ async def test_logs_and_the_verdict_are_printed(file: Path) -> None:
         assert outputs[0].strip() == "0.000 s  begin"
         assert outputs[-1] == "passed after 2.000 s\n"
         assert (await editor.event("exited"))["exitCode"] == 0
+
+
+async def test_a_run_without_debugging_has_no_pauses(file: Path) -> None:
+    async with session() as editor:
+        await editor.launch(file, 10, stopOnEntry=True, noDebug=True)
+        await editor.body("configurationDone")
+        assert (await editor.event("exited"))["exitCode"] == 0
+        assert not any(each.get("event") == "stopped" for each in editor.seen)
 
 
 async def test_unknown_settings_are_warned_about(file: Path) -> None:
