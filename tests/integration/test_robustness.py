@@ -1,7 +1,6 @@
 """Runs in exceptional conditions: each ends as documented, with a clear message, and cleans up."""
 
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -13,6 +12,7 @@ import pytest
 
 from seoro.cli.main import main
 from seoro.runtime.execution.outputs import INDEX
+from tests.full_disk import run_on_full_disk
 from tests.integration.conftest import StartSeoro, children, is_alive, read_trace, wait_until
 
 pytestmark = pytest.mark.engine("mujoco")
@@ -103,14 +103,7 @@ def test_a_full_disk_ends_the_run_as_an_error(tmp_path: Path, size: int, words: 
     file, out = tmp_path / "drive.osc", tmp_path / "out"
     file.write_text(DRIVE)
     command = [sys.executable, "-m", "seoro.cli.main", "exec", str(file), "--sim", "mujoco", "--rate", "max"]
-    ended = subprocess.run(
-        [*command, "-o", str(out)],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    ended = run_on_full_disk([*command, "-o", str(out)], size)
     assert ended.returncode == 3
     assert words.format(out) in ended.stderr
     assert "Traceback" not in ended.stderr

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import resource
-import subprocess
 import sys
 import zlib
 from base64 import b64encode
@@ -14,6 +12,7 @@ from typing import Any
 import pytest
 
 from seoro.cli.main import main
+from tests.full_disk import run_on_full_disk
 
 pytest.importorskip("foxglove", reason="the extra `recording` is not installed")
 reader = pytest.importorskip("mcap.reader")
@@ -157,14 +156,7 @@ def test_a_full_disk_is_one_error(tmp_path: Path) -> None:
     trace, out = tmp_path / "trace.jsonl", tmp_path / "out.mcap"
     trace.write_text("".join(json.dumps({"seq": number, **each}) + "\n" for number, each in enumerate(RECORDS)))
     code = "import sys; from seoro.cli.main import main; sys.exit(main(sys.argv[1:]))"
-    done = subprocess.run(
-        [sys.executable, "-c", code, "trace", str(trace), "--mcap", str(out)],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300)),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = run_on_full_disk([sys.executable, "-c", code, "trace", str(trace), "--mcap", str(out)], 300)
     assert done.returncode == 2
     assert done.stderr.startswith(f"error: cannot write {out}: ")
     assert [path.name for path in tmp_path.iterdir()] == ["trace.jsonl"]

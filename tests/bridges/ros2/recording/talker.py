@@ -20,6 +20,7 @@ BURST = 25  # messages
 async def main(folder: Path, limit: int) -> None:
     """Write numbered messages, and print their number."""
     if limit:
+        sys.dont_write_bytecode = True  # compiled modules would be cut off, too
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
     filling = "x" * SIZE
     async with write_bag(folder) as writer:
