@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
 from typing import Any, Final
 
 from seoro.report.columns import Packed, small
@@ -38,13 +39,13 @@ class Blocks:
     """Lines of a trace.
 
     Attributes:
-        blocks: Compressed blocks (zlib).
-        directory: First `seq`, first time and number of lines of each block.
+        closed: Compressed blocks (zlib) that no longer grow.
     """
 
     def __init__(self) -> None:
-        self.blocks: list[bytes] = []
-        self.directory: list[list[Any]] = []
+        self.closed: list[bytes] = []
+        self._firsts: list[tuple[int, float]] = []  # number and time of the first record of each block
+        self._counts: list[int] = []  # of lines in closed blocks
         self._kinds = small()
         self._lines: list[bytes] = []
         self._size = 0
@@ -61,22 +62,45 @@ class Blocks:
         if self._lines and (len(self._lines) >= _LINES or self._size + len(line) > _BYTES):
             self._close()
         if not self._lines:
-            self.directory.append([seq, time, 0])
+            self._firsts.append((seq, time))
         self._kinds.append(_NUMBERS.get(kind, 0))
         self._lines.append(without_wall(line))
         self._size += len(line)
 
-    def finish(self, packed: Packed) -> None:
-        """Close the last block, and append the column with the kinds."""
-        if self._lines:
-            self._close()
-        packed.add("records.kind", self._kinds)
+    def pack(self, packed: Packed) -> list[list[Any]]:
+        """Append the column with the kinds.
+
+        Returns:
+            First `seq`, first time, number of lines and number of each block that is new or may have grown.
+        """
+        packed.add_table("records", [("kind", self._kinds)])
+        start = packed.start("blocks")
+        packed.position["blocks"] = len(self.closed)
+        counts = [*self._counts, len(self._lines)]
+        return [[*self._firsts[number], counts[number], number] for number in range(start, len(self._firsts))]
+
+    def compressed(self, number: int) -> bytes:
+        """Return the lines of a block until now, compressed.
+
+        Raises:
+            IndexError: The block does not exist.
+        """
+        if not 0 <= number < len(self._firsts):
+            raise IndexError(number)
+        return self.closed[number] if number < len(self.closed) else self._compress()
+
+    def all(self) -> Iterator[bytes]:
+        """Yield all blocks."""
+        return map(self.compressed, range(len(self._firsts)))
 
     def _close(self) -> None:
-        self.directory[-1][2] = len(self._lines)
-        self.blocks.append(zlib.compress(b"\n".join(self._lines), _LEVEL))
+        self.closed.append(self._compress())
+        self._counts.append(len(self._lines))
         self._lines.clear()
         self._size = 0
+
+    def _compress(self) -> bytes:
+        return zlib.compress(b"\n".join(self._lines), _LEVEL)
 
 
 def without_wall(line: bytes) -> bytes:

@@ -2,6 +2,8 @@
 
 A column is stored as the first bytes of all its values, then the second bytes, and so on. Integers are differences
 to the value before. Columns are aligned to nothing: browsers copy each one while they decode it.
+
+Tables only grow. `Packed` can start at the end of an earlier one, and then has new rows only.
 """
 
 from __future__ import annotations
@@ -9,13 +11,19 @@ from __future__ import annotations
 import math
 import sys
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain, islice
 from operator import sub
-from typing import Final, TypeAlias
+from types import MappingProxyType
+from typing import Final, TypeAlias, TypeVar
 
 Layout: TypeAlias = dict[str, tuple[str, int]]  # type and number of values of each column
+Position: TypeAlias = Mapping[str, object]  # length of each table, and last value of each single value
+Column: TypeAlias = "array[int] | array[float]"
+T = TypeVar("T")
 
+BEGIN: Final[Position] = MappingProxyType({})
+_UNKNOWN: Final = object()
 _LARGEST: Final = 2**30  # so that differences are 32-bit integers, too
 _NUMBER: Final = (int, float)
 STEP: Final = 1e-4  # [m, rad, m/s, rad/s] of numbers in `scaled`
@@ -47,32 +55,58 @@ def scaled(value: object, step: float = STEP) -> int:
 class Packed:
     """Columns as bytes, with their layout.
 
+    Args:
+        since: Position of an earlier `Packed`; later rows are packed only.
+
     Attributes:
         data: Bytes of all columns.
-        layout: Type and number of values of each column, in the order of `data`.
+        layout: Type and number of values of each column, in the order of `data`; empty columns are left out.
+        position: Position after this one.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, since: Position = BEGIN) -> None:
         self.data = bytearray()
         self.layout: Layout = {}
+        self.position: dict[str, object] = {}
+        self._since = since
 
-    def add(self, name: str, column: array[int] | array[float]) -> None:
-        """Append a column."""
+    def start(self, table: str) -> int:
+        """Return the length that a table had at the earlier position."""
+        found = self._since.get(table, 0)
+        return found if isinstance(found, int) else 0
+
+    def add(self, name: str, column: Column) -> None:
+        """Append a whole column."""
+        if not column:
+            return
         code = {"i": "i4", "d": "f8", "B": "u1"}[column.typecode]
         self.layout[name] = (code, len(column))
         self.data += _shuffled(_differences(column) if code == "i4" else column)
 
-    def add_all(self, prefix: str, columns: Sequence[tuple[str, array[int] | array[float]]]) -> None:
-        """Append columns with a common prefix of their names."""
-        for name, column in columns:
-            self.add(f"{prefix}.{name}", column)
+    def add_table(self, table: str, columns: Sequence[tuple[str, Column]]) -> None:
+        """Append the new rows of a table: columns of one length."""
+        start, length = self.start(table), len(columns[0][1])
+        self.position[table] = length
+        if start < length:
+            for name, column in columns:
+                self.add(f"{table}.{name}", column[start:])
+
+    def rest(self, table: str, values: Sequence[T]) -> list[T]:
+        """Return the new values of a list."""
+        self.position[table] = len(values)
+        return list(values[self.start(table) :])
+
+    def has_changed(self, name: str, value: object) -> bool:
+        """Return whether a single value differs from that of the earlier position, or has none there."""
+        self.position[name] = value
+        return self._since.get(name, _UNKNOWN) != value
 
 
-def _differences(column: array[int] | array[float]) -> array[int]:
+def _differences(column: Column) -> array[int]:
     return array("i", chain(column[:1], map(sub, islice(column, 1, None), column)))
 
 
-def _shuffled(column: array[int] | array[float]) -> bytes:
+def _shuffled(column: Column) -> bytes:
     if sys.byteorder == "big":
         column = column[:]
         column.byteswap()

@@ -5,13 +5,45 @@ from __future__ import annotations
 import csv
 import json
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from seoro.files.inputs import Kind, open_input
 from seoro.report.reading import Reading
 
+_SCENE: Final = {"simulator": "engine", "world": "world"}
 _MOST_ROWS: Final = 500_000  # of trajectories; the table of a run has at most 100,000
+
+
+@dataclass(frozen=True)
+class Results:
+    """Results beside a trace.
+
+    Args:
+        measurements: Content of `measurements.json`; empty if missing.
+        coverage: Content of `coverage.json`; empty if missing.
+    """
+
+    measurements: Mapping[str, Any] = field(default_factory=dict)
+    coverage: Mapping[str, Any] = field(default_factory=dict)
+
+
+def results_of(folder: Path | None, reading: Reading) -> Results:
+    """Read the results of a run that has ended, and add its trajectories to the data of its trace.
+
+    Args:
+        folder: Folder of the results; None for none.
+        reading: Data of the trace; without a scene, it gets the simulator and the world from the measurements.
+    """
+    if folder is None:
+        return Results()
+    found = Results(read_json(folder / "measurements.json"), read_json(folder / "coverage.json"))
+    add_trajectories(folder / "trajectories.csv", reading)
+    if reading.scene is None and found.measurements:
+        reading.scene = {key: found.measurements.get(name) for key, name in _SCENE.items()}
+    return found
 
 
 def read_json(path: Path) -> dict[str, Any]:

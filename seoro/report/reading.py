@@ -1,4 +1,4 @@
-"""Trace as the data of a page, in one pass."""
+"""Trace as the data of a page, read in one pass, also while it grows."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from collections.abc import Callable
 from typing import IO, Any, Final
 
 from seoro.report.blocks import Blocks
-from seoro.report.columns import Packed, integers, reals
+from seoro.report.columns import integers, reals
 from seoro.report.rows import Behaviors
 from seoro.report.series import AllSeries
 from seoro.report.strings import Strings
 from seoro.report.tracks import Tracks
-from seoro.traces.reader import InvalidRecord, Record, read_lines
+from seoro.traces.reader import InvalidRecord, LineReader, Record
 
 MOST_LISTED: Final = 2_000  # margins, and samples of coverage
 MOST_LOGS: Final = 500  # first logs, for pages without JavaScript
 MOST_PROBLEMS: Final = 20
+_PIECE: Final = 1 << 18  # [bytes]
 
 
 class Reading:
@@ -34,7 +35,8 @@ class Reading:
         margins: Margins of checks.
         samples: Samples of coverage.
         problems: Texts about invalid lines.
-        is_cut: Whether the last line is incomplete.
+        is_finished: Whether the trace was read to its end.
+        is_cut: Whether its last line is incomplete.
         further_runs: Whether more runs follow in the file; they are not read.
     """
 
@@ -50,6 +52,7 @@ class Reading:
         self.margins: list[Record] = []
         self.samples: list[Record] = []
         self.problems: list[str] = []
+        self.is_finished = False
         self.is_cut = False
         self.further_runs = False
         self.strings = Strings()
@@ -58,9 +61,11 @@ class Reading:
         self.tracks = Tracks()
         self.blocks = Blocks()
         self.kinds: Counter[str] = Counter()
-        self._event_times = reals()
-        self._event_names = integers()
-        self._event_seqs = integers()
+        self.event_times = reals()
+        self.event_names = integers()
+        self.event_seqs = integers()
+        self._lines = LineReader()
+        self._seq = -1
         self._handlers: dict[str, Callable[[Record, int], None]] = {
             "behavior.start": self.behaviors.start,
             "behavior.end": self.behaviors.end,
@@ -80,40 +85,48 @@ class Reading:
         }
 
     def read(self, file: IO[bytes]) -> None:
-        """Read a trace to its end, or to the start of a second run."""
-        seq = -1
-        for line, record in read_lines(file):
-            if isinstance(record, InvalidRecord):
-                self.is_cut = self.is_cut or record.is_cut
-                if len(self.problems) < MOST_PROBLEMS and not record.is_cut:
-                    self.problems.append(str(record))
-                continue
-            kind: str = record["kind"]
-            found = record.get("seq")
-            # Without numbers, and where they do not grow, records count on.
-            seq = found if isinstance(found, int) and seq < found < 2**31 else seq + 1
-            if kind == "run.start" and self.count:
-                self.further_runs = True
-                break
-            self.count += 1
-            self.time = max(self.time, record["t"])
-            self.kinds[kind] += 1
-            if (bulky := self._bulky.get(kind)) is not None:
-                bulky(record)
-                continue
-            text = self._begin(record, line) if kind == "run.start" else line
-            if (handler := self._handlers.get(kind)) is not None:
-                handler(record, seq)
-            name = f"log.{record['level']}" if kind == "log" else kind
-            self.blocks.add(text.rstrip(), seq, record["t"], name)
-        self.behaviors.close(self.time)
+        """Read a trace to its end."""
+        while data := file.read(_PIECE):
+            self.feed(data)
+        self.finish()
 
-    def pack(self, packed: Packed) -> None:
-        """Append the columns of behaviors, events and kinds of records."""
-        self.behaviors.pack(packed)
-        columns = ("t", self._event_times), ("name", self._event_names), ("seq", self._event_seqs)
-        packed.add_all("events", columns)
-        self.blocks.finish(packed)
+    def feed(self, data: bytes) -> None:
+        """Read the next piece of a trace, which may end anywhere. Lines are read when they are complete."""
+        for line, record in self._lines.feed(data):
+            self._add(line, record)
+
+    def finish(self) -> None:
+        """Read the last line, and mark the trace as read to its end."""
+        for line, record in self._lines.finish():
+            self._add(line, record)
+        self.is_finished = True
+
+    def _add(self, line: bytes, record: Record | InvalidRecord) -> None:
+        if self.further_runs:
+            return
+        if isinstance(record, InvalidRecord):
+            self.is_cut = self.is_cut or record.is_cut
+            if len(self.problems) < MOST_PROBLEMS and not record.is_cut:
+                self.problems.append(str(record))
+            return
+        kind: str = record["kind"]
+        if kind == "run.start" and self.count:
+            self.further_runs = True
+            return
+        found = record.get("seq")
+        # Without numbers, and where they do not grow, records count on.
+        seq = self._seq = found if isinstance(found, int) and self._seq < found < 2**31 else self._seq + 1
+        self.count += 1
+        self.time = max(self.time, record["t"])
+        self.kinds[kind] += 1
+        if (bulky := self._bulky.get(kind)) is not None:
+            bulky(record)
+            return
+        text = self._begin(record, line) if kind == "run.start" else line
+        if (handler := self._handlers.get(kind)) is not None:
+            handler(record, seq)
+        name = f"log.{record['level']}" if kind == "log" else kind
+        self.blocks.add(text.rstrip(), seq, record["t"], name)
 
     def _begin(self, record: Record, line: bytes) -> bytes:
         """Take sources and tree out of the first record; returns its line without them."""
@@ -133,9 +146,9 @@ class Reading:
             self.scene = record
 
     def _event(self, record: Record, seq: int) -> None:
-        self._event_times.append(record["t"])
-        self._event_names.append(self.strings.number(record["name"]))
-        self._event_seqs.append(seq)
+        self.event_times.append(record["t"])
+        self.event_names.append(self.strings.number(record["name"]))
+        self.event_seqs.append(seq)
         self.series.event(record)
 
 

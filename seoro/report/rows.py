@@ -61,6 +61,8 @@ class Behaviors:
         self._strings = strings
         self._numbers: dict[tuple[int, str], int] = {}  # of rows
         self._running: dict[int, int] = {}  # by id: index in the columns
+        self._lost: list[int] = []  # indices that cannot end, since a later behavior has their id
+        self._ended = integers()  # indices in the order of the ends
         self._row = integers()
         self._parent = integers()
         self._start = reals()
@@ -83,6 +85,8 @@ class Behaviors:
         self._reason.append(NONE)
         self._start_seq.append(seq)
         self._end_seq.append(NONE)
+        if (lost := self._running.get(record["id"])) is not None:
+            self._lost.append(lost)
         self._running[record["id"]] = index
 
     def end(self, record: Record, seq: int) -> None:
@@ -95,17 +99,29 @@ class Behaviors:
         self._status[index] = STATUSES.index(status) if status in STATUSES else 0
         self._reason[index] = self._strings.number(record.get("reason"))
         self._end_seq[index] = seq
+        self._ended.append(index)
 
-    def close(self, time: float) -> None:
-        """End the bars of behaviors that are still running."""
-        for index in self._running.values():
+    def pack(self, packed: Packed, time: float) -> None:
+        """Append the columns of new behaviors, and of older ones that have ended since.
+
+        Args:
+            packed: Output.
+            time: Latest time [s], where the bars of running behaviors end.
+        """
+        known, ended = packed.start("behaviors"), packed.start("ended")
+        for index in (*self._running.values(), *self._lost):
             self._end[index] = max(time, self._start[index])
-
-    def pack(self, packed: Packed) -> None:
-        """Append the columns."""
         columns = ("row", self._row), ("parent", self._parent), ("start", self._start), ("end", self._end)
         more = ("status", self._status), ("reason", self._reason)
-        packed.add_all("behaviors", [*columns, *more, ("startSeq", self._start_seq), ("endSeq", self._end_seq)])
+        both = ("startSeq", self._start_seq), ("endSeq", self._end_seq)
+        packed.add_table("behaviors", [*columns, *more, *both])
+        packed.position["ended"] = len(self._ended)
+        indices = integers(index for index in self._ended[ended:] if index < known)
+        packed.add("ended.index", indices)
+        packed.add("ended.end", reals(self._end[index] for index in indices))
+        packed.add("ended.status", small(self._status[index] for index in indices))
+        packed.add("ended.reason", integers(self._reason[index] for index in indices))
+        packed.add("ended.endSeq", integers(self._end_seq[index] for index in indices))
 
     def totals(self) -> list[Counter[str]]:
         """Return how often the behaviors of each row ended with each status."""

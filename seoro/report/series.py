@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -74,11 +73,14 @@ class AllSeries:
         found.times.append(time)
         found.values.append(value)
 
-    def pack(self, packed: Packed) -> Iterator[Mapping[str, Any]]:
-        """Append the columns, and yield the description of each series."""
+    def pack(self, packed: Packed) -> list[dict[str, Any]]:
+        """Append the columns, and return the descriptions of new series."""
         for number, series in enumerate(self._series.values()):
-            packed.add_all(f"series.{number}", [("t", series.times), ("v", series.values)])
-            yield {"kind": series.kind, "name": series.name[:_LONGEST], "unit": series.unit}
+            packed.add_table(f"series.{number}", [("t", series.times), ("v", series.values)])
+        return [
+            {"kind": series.kind, "name": series.name[:_LONGEST], "unit": series.unit}
+            for series in packed.rest("series", list(self._series.values()))
+        ]
 
 
 def _is_finite(value: float) -> bool:

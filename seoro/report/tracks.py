@@ -51,8 +51,10 @@ class _Lists:
         return True
 
     def pack(self, packed: Packed, name: str) -> None:
-        columns = ("t", self.times), ("entity", self.entities), ("end", self.ends), ("value", self.values)
-        packed.add_all(name, columns)
+        packed.add_table(name, [("t", self.times), ("entity", self.entities), ("end", self.ends)])
+        start = packed.start(f"{name}.value")
+        packed.position[f"{name}.value"] = len(self.values)
+        packed.add(f"{name}.value", self.values[start:])
 
 
 class Tracks:
@@ -110,15 +112,15 @@ class Tracks:
         else:
             self.omitted += 1
 
-    def pack(self, packed: Packed) -> Iterator[dict[str, Any]]:
-        """Append the columns, and yield the description of each entity."""
-        for name, number in self._names.items():
-            _pack(packed, f"track.{number}", self._tracks[number])
-            if number in self._believed:
-                _pack(packed, f"believed.{number}", self._believed[number])
-            yield {"name": name}
+    def pack(self, packed: Packed) -> list[dict[str, Any]]:
+        """Append the columns, and return the descriptions of new entities."""
+        for number, track in enumerate(self._tracks):
+            _pack(packed, f"track.{number}", track)
+        for number, track in self._believed.items():
+            _pack(packed, f"believed.{number}", track)
         self._paths.pack(packed, "paths")
         self._scans.pack(packed, "scans")
+        return [{"name": name} for name in packed.rest("entities", list(self._names))]
 
     @property
     def beams(self) -> list[list[float]]:
@@ -137,7 +139,7 @@ class Tracks:
 
 
 def _pack(packed: Packed, prefix: str, track: Track) -> None:
-    packed.add_all(prefix, [("t", track.times), *zip(FIELDS, track.columns, strict=True)])
+    packed.add_table(prefix, [("t", track.times), *zip(FIELDS, track.columns, strict=True)])
 
 
 def _time(record: Record) -> float:

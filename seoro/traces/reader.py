@@ -55,32 +55,55 @@ class InvalidRecord:
         return f"line {self.line}: {self.reason}"
 
 
+class LineReader:
+    """Reads a trace in pieces, which may end anywhere."""
+
+    def __init__(self) -> None:
+        self._number = 0
+        self._pieces: list[bytes] = []  # of an incomplete line
+        self._size = 0
+
+    def feed(self, data: bytes) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
+        """Yield the complete lines of a trace, each with its record; empty lines are skipped."""
+        *lines, rest = data.split(b"\n")
+        for line in lines:
+            if self._pieces:
+                line = b"".join((*self._pieces, line))  # noqa: PLW2901 - the whole line
+                self._pieces.clear()
+                self._size = 0
+            self._number += 1
+            if line.strip():
+                yield line, self._read(line, is_cut=False)
+        if rest and self._size < MAX_LINE:  # of a line that is too long, the beginning is enough
+            self._pieces.append(rest)
+            self._size += len(rest)
+
+    def finish(self) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
+        """Yield the last line if it has no end, as those of killed runs."""
+        line = b"".join(self._pieces)
+        self._pieces.clear()
+        if line.strip():
+            self._number += 1
+            yield line, self._read(line, is_cut=True)
+
+    def _read(self, line: bytes, *, is_cut: bool) -> Record | InvalidRecord:
+        found = _record(line)
+        return InvalidRecord(self._number, found, is_cut) if isinstance(found, str) else found
+
+
 def read_trace(file: IO[bytes]) -> Iterator[Record | InvalidRecord]:
     """Yield the records of a trace in order, with an `InvalidRecord` for each invalid line."""
-    for _, found in read_lines(file):
+    reader = LineReader()
+    while line := file.readline(MAX_LINE):  # by lines, so that those of an active run are there at once
+        for _, found in reader.feed(line):
+            yield found
+    for _, found in reader.finish():
         yield found
-
-
-def read_lines(file: IO[bytes]) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
-    """Yield the lines of a trace, each with its record; empty lines are skipped."""
-    number = 0
-    while line := file.readline(MAX_LINE):
-        number += 1
-        has_end = line.endswith(b"\n")
-        while not has_end and len(line) == MAX_LINE and (rest := file.readline(MAX_LINE)):
-            has_end = rest.endswith(b"\n")
-        if not line.strip():
-            continue
-        found = _record(line)
-        if isinstance(found, str):
-            yield line, InvalidRecord(number, found, is_cut=not has_end)
-        else:
-            yield line, found
 
 
 def _record(line: bytes) -> Record | str:
     """Parse a line; return the record, or a reason why it is invalid."""
-    if len(line) == MAX_LINE:
+    if len(line) >= MAX_LINE:
         return f"longer than {MAX_LINE:,} bytes"
     try:
         found = json.loads(line if line.startswith(_BOM) else line.decode())

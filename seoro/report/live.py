@@ -1,0 +1,100 @@
+"""A run that is shown while its trace grows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+
+from seoro.report.columns import BEGIN, Position
+from seoro.report.folder import Results, results_of
+from seoro.report.frames import Frame, status_of
+from seoro.report.reading import Reading
+
+
+@dataclass(frozen=True)
+class Cursor:
+    """State of a page.
+
+    Args:
+        run: Number of the run, which counts restarts.
+        version: Version of the data.
+        position: Position of the last frame.
+    """
+
+    run: int
+    version: int
+    position: Position
+
+
+class LiveRun:
+    """Data of a run for any number of pages. Threads may share it."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._run = 0
+        self._version = 0
+        self._reading = Reading()
+        self._results = Results()
+
+    @property
+    def status(self) -> str:
+        """Status as the trace has it; `running` or `killed` without an end."""
+        return status_of(self._reading)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether no more data is expected."""
+        return self._reading.is_finished
+
+    def feed(self, data: bytes) -> None:
+        """Add the next piece of the trace, which may end anywhere."""
+        with self._lock:
+            self._version += 1
+            self._reading.feed(data)
+
+    def finish(self, folder: Path | None = None) -> None:
+        """Mark the trace as complete; a run without an end was killed.
+
+        Args:
+            folder: Folder with other results of the run; None for none.
+        """
+        with self._lock:
+            self._version += 1
+            self._reading.finish()
+            self._results = results_of(folder, self._reading)
+
+    def restart(self) -> None:
+        """Forget all data, since the trace was replaced. Pages receive first frames."""
+        with self._lock:
+            self._run += 1
+            self._version += 1
+            self._reading = Reading()
+            self._results = Results()
+
+    def is_current(self, cursor: Cursor | None) -> bool:
+        """Return whether a page has all data."""
+        return cursor is not None and cursor.version == self._version
+
+    def frame(self, cursor: Cursor | None = None) -> tuple[bytes, Cursor]:
+        """Return the changes for a page.
+
+        Args:
+            cursor: State of the page; None for an empty one.
+
+        Returns:
+            The frame, and the state of the page with it.
+        """
+        with self._lock:
+            since = cursor.position if cursor is not None and cursor.run == self._run else BEGIN
+            frame = Frame(self._reading, self._results, since)
+            return frame.message(), Cursor(self._run, self._version, frame.position)
+
+    def block(self, number: int) -> bytes:
+        """Return the lines of a block, compressed; the last one may grow.
+
+        Raises:
+            IndexError: The block does not exist.
+        """
+        with self._lock:
+            return self._reading.blocks.compressed(number)
