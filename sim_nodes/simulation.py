@@ -127,7 +127,7 @@ class Simulation(CommandedWorld):
 
     def sample_tracks(self) -> None:
         """Add a sample to the tracks, if they are wanted."""
-        self.tracks.sample(self.time, self.engine, self.robots, self.entities)
+        self.tracks.sample(self.time, self.tick, self.engine, self.robots, self.entities)
 
     def _drive_bodies(self, tick: int) -> None:
         """Move doors, lifts, people and carts until the next tick."""

@@ -307,10 +307,10 @@ class Simulator:
             dropped_samples=dropped,
         )
 
-    def start_tracks(self, rate: float) -> None:
-        """Sample poses for the answers to grants, at a rate [1/s] from now on; 0 ends it."""
+    def start_tracks(self, rate: float, scans: float) -> None:
+        """Sample poses and scans for the answers to grants, at rates [1/s] from now on; 0 ends it."""
         simulation = self.simulation
-        self.tracks.start(rate, simulation.world, simulation.robots, simulation.entities)
+        self.tracks.start(rate, scans, simulation.world, simulation.robots, simulation.entities)
         simulation.sample_tracks()
 
     def rewind(self, time: float) -> float:

@@ -1,4 +1,4 @@
-"""Tracks for the trace of a run: poses of robots and movable bodies, sampled while time passes.
+"""Tracks for the trace of a run: poses of robots and movable bodies, plans and scans, sampled while time passes.
 
 Samples wait here until an answer to a grant takes them. They do not affect the simulation.
 """
@@ -16,6 +16,7 @@ from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import Engine
 from sim_nodes.plans import Plans
 from sim_nodes.robots.robot import Robot
+from sim_nodes.scan_samples import ScanSamples
 from sim_nodes.scenery import describe_body
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.worlds.loader import World
@@ -36,6 +37,7 @@ class Mark:
     believed: Mapping[str, bytes]
     since: Mapping[str, float]
     plans: Plans
+    scans: ScanSamples
     waiting: int  # number of samples
     size: int  # [bytes] of them
 
@@ -53,27 +55,34 @@ class Tracks:
         self._believed: dict[str, bytes] = {}
         self._since: dict[str, float] = {}  # times at which the described entities were spawned [s]
         self._plans = Plans()
+        self._scans = ScanSamples()
         self._world: World | None = None
         self._scene: wire.Scene | None = None  # for the next sample
         self._waiting: list[wire.TrackSample] = []
         self._size = 0  # [bytes] of the waiting samples, about
         self._dropped = 0
 
-    def start(self, rate: float, world: World, robots: Mapping[str, Robot], entities: Entities) -> None:
+    def start(
+        self, rate: float, scans: float, world: World, robots: Mapping[str, Robot], entities: Entities
+    ) -> None:
         """Start to sample. The client knows the scene of this time.
 
         Args:
             rate: Samples per second; 0 stops it.
+            scans: Scans of each lidar per second, at most `rate`; 0 for none.
             world: The world.
             robots: Robots by name.
             entities: Entities of the world.
 
         Raises:
-            RequestRefused: The rate is invalid.
+            RequestRefused: A rate is invalid.
         """
         if not 0.0 <= rate <= MAX_POSE_RATE:
             raise operation_failed(f"invalid rate {rate} of tracks; expected 0 to {MAX_POSE_RATE:g} Hz")
+        if not 0.0 <= scans <= rate:
+            raise operation_failed(f"invalid rate {scans} of scans: expected 0 to {rate:g} Hz, the rate of tracks")
         self.stop()
+        self._scans = ScanSamples(scans)
         self._world, self._since = world, _times_of(robots, entities)
         self.every = 0 if rate == 0.0 else max(1, round(1.0 / (rate * TICK)))
 
@@ -81,7 +90,8 @@ class Tracks:
         """Stop, and drop the waiting samples."""
         self.every = 0
         self.discard()
-        self._poses, self._believed, self._plans, self._scene = {}, {}, Plans(), None
+        self._poses, self._believed, self._scene = {}, {}, None
+        self._plans, self._scans = Plans(), ScanSamples()
 
     def continue_in(self, world: World, describe: Callable[[], wire.Scene]) -> None:
         """Include all entities in the next sample, and the scene if the world is another one.
@@ -103,11 +113,14 @@ class Tracks:
         """Whether a tick is sampled."""
         return self.every > 0 and tick % self.every == 0
 
-    def sample(self, time: float, engine: Engine, robots: Mapping[str, Robot], entities: Entities) -> None:
+    def sample(
+        self, time: float, tick: int, engine: Engine, robots: Mapping[str, Robot], entities: Entities
+    ) -> None:
         """Sample the poses, unless tracks are stopped.
 
         Args:
             time: Present time [s].
+            tick: Present tick.
             engine: Engine with the true states.
             robots: Robots by name.
             entities: Entities of the world.
@@ -124,7 +137,8 @@ class Tracks:
         scene, self._scene = self._scene, None
         self._poses, self._believed, self._since = poses, believed, since
         plans = tuple(self._plans.sample(time, robots))
-        if moved or localised or removed or plans:
+        scans = tuple(self._scans.sample(time, tick, robots))
+        if moved or localised or removed or plans or scans:
             self._add(
                 wire.TrackSample(
                     time=time,
@@ -136,11 +150,13 @@ class Tracks:
                     added=() if scene is not None else tuple(describe_body(entities, name) for name in new),
                     scene=scene,
                     plans=plans,
+                    scans=scans,
                 )
             )
 
     def _add(self, sample: wire.TrackSample) -> None:
-        size = OVERHEAD + len(sample.poses) + len(sample.believed) + sum(len(plan.points) for plan in sample.plans)
+        size = OVERHEAD + len(sample.poses) + len(sample.believed)
+        size += sum(len(plan.points) for plan in sample.plans) + sum(len(scan.ranges) for scan in sample.scans)
         if self._size + size > MAX_WAITING:
             self._dropped += 1
             return
@@ -159,12 +175,13 @@ class Tracks:
 
     def mark(self) -> Mark:
         """Return the state, before the simulation goes ahead."""
-        return Mark(self._poses, self._believed, self._since, self._plans.copy(), len(self._waiting), self._size)
+        state = self._poses, self._believed, self._since, self._plans.copy(), self._scans.copy()
+        return Mark(*state, len(self._waiting), self._size)
 
     def rewind(self, mark: Mark) -> None:
         """Return to a state."""
         self._poses, self._believed, self._since = dict(mark.poses), dict(mark.believed), dict(mark.since)
-        self._plans = mark.plans.copy()
+        self._plans, self._scans = mark.plans.copy(), mark.scans.copy()
         del self._waiting[mark.waiting :]
         self._size = mark.size
 

@@ -282,6 +282,7 @@ def _bundled(
         timeout=None if limit.source is Source.DEFAULT else limit.seconds,
         timeout_of_file=limit.source is Source.FILE,
         poses=options.poses,
+        scans=options.scans,
         external=tuple(options.external),
         film=None if film is None else wire.BundledFilm(**asdict(film)),
     )

@@ -129,6 +129,7 @@ def read_options(manifest: wire.Manifest, folder: Path, locate: Locate = unchang
         leasing=Leasing(wait=given.leasing.wait, priority=given.leasing.priority, lease=given.leasing.lease),
         grace=given.grace,
         poses=given.poses,
+        scans=given.scans,
         external=given.external,
         locate=locate,
     )

@@ -158,6 +158,7 @@ class _Exec:
             leasing=leasing_of(options, lambda reason: progress.print_line(f"waiting: {reason}")),
             observers=(progress, *self._files.traces),
             poses=options.poses if self._files.traces else 0.0,
+            scans=(options.scans or 0.0) if self._files.traces else 0.0,
             output_directory=options.output_dir,
             external=options.external,
             replay=options.recorded,

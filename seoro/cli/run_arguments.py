@@ -56,6 +56,12 @@ def add_run_arguments(parser: argparse.ArgumentParser) -> None:
         f"samples of poses in the trace, per second of the run's clock; 0 for none (default: {POSE_RATE:g})",
         type=pose_rate,
     )
+    add_option(
+        parser,
+        "--scans HZ",
+        "scans of each planar lidar of a simulator in the trace, per second; at most those of poses (default: 0)",
+        type=pose_rate,
+    )
     add_option(parser, "--timeout SECONDS", "end the run with an error after this wall time (default: 3600)")
 
 
@@ -164,6 +170,7 @@ def settings_of(options: argparse.Namespace, **more: Unpack[OptionFields]) -> Op
             "ros": ros_of(options),
             "lab": lab_of(options),
             "poses": options.poses,
+            "scans": options.scans or 0.0,
             **more,
         }
     )

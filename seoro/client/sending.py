@@ -112,6 +112,7 @@ async def check_ability(
         (is_dry, wire.DRY_RUNS, "dry runs", "run it without `--on`"),
         (bool(options.external), wire.EXTERNAL, "events from applications", "run it without `external`"),
         (options.poses is not None, wire.POSES, "rates of poses", "leave out `--poses`"),
+        (options.scans > 0.0, wire.SCANS, "scans in traces", "leave out `--scans`"),
         (options.film is not None, wire.FILMS, "video recording", "run it without a video"),
     ):
         if is_wanted:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import get_args
 
-from seoro.embed.options import ClockName, Lab, Options, Simulator
+from seoro.embed.options import ClockName, Lab, Options, Simulator, pose_rate
 from seoro.errors import UsageError
 
 MAX_SEED = 2**63 - 1  # fits into messages of simulators
@@ -25,6 +25,9 @@ def check_options(options: Options) -> tuple[ClockName, float]:
         raise UsageError(f"unknown clock '{options.clock}'", help=f"clocks: {', '.join(get_args(ClockName))}")
     if options.ros is not None and options.clock == "virtual":
         raise UsageError("the clock 'virtual' is impossible with a ROS 2 system", help="leave out `--clock`")
+    if options.scans > pose_rate(options):
+        found = f"invalid rate of scans {options.scans:g}: expected 0 to {pose_rate(options):g}, the rate of poses"
+        raise UsageError(found, help="scans are recorded with poses, in traces that are kept")
     if options.lab is not None:
         return _check_lab(options, options.lab)
     if options.simulator is not None:

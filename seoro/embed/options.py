@@ -202,6 +202,7 @@ class Options(Value):
         keep_trace: Whether to keep the whole trace in memory, so that `Run.trace` can be read at any time.
         poses: Samples of poses in the trace [1/s], at most 50; 0 for none. None for 10 if the trace is kept, by
             `observers` or `keep_trace`.
+        scans: Scans of each planar lidar of a simulator in the trace [1/s], at most the rate of poses; 0 for none.
         grace: Time limit for the clean-up of a cancelled action [s].
         timeout: Limit of wall time after which the run ends with an error [s]; may be infinite. None for that
             of the scenario file (`# seoro: timeout`), or one hour.
@@ -229,6 +230,7 @@ class Options(Value):
     output_directory: Path | None = None
     keep_trace: bool = False
     poses: float | None = None
+    scans: float = 0.0
     grace: float = 5.0
     timeout: float | None = None
     external: Sequence[str] = ()
@@ -263,6 +265,7 @@ class OptionFields(TypedDict, total=False):
     output_directory: AnyPath | None
     keep_trace: bool
     poses: float | None
+    scans: float
     grace: float
     timeout: float | None
     external: Sequence[str]
@@ -323,6 +326,7 @@ _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "output_directory": to_path,
     "keep_trace": to_flag,
     "poses": to_pose_rate,
+    "scans": to_pose_rate,
     "grace": to_number,
     "timeout": to_limit,
     "external": to_texts,

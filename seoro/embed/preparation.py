@@ -68,6 +68,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             external=options.external,
             recorded=recorded,
             pose_rate=pose_rate(options),
+            scan_rate=options.scans,
             debugger=options.debugger,
         )
         with _naming_robots(options):

@@ -236,7 +236,8 @@ class Execution:
         async with shielded(self._stop_with_task):
             for backend in settings.backends:
                 await backend.start_run(partial(self._on_event, backend), self.fail_backend)
-            await start_tracking(settings.backends, settings.pose_rate, scheduler, self._trace)
+            rates = settings.pose_rate, settings.scan_rate
+            await start_tracking(settings.backends, *rates, scheduler, self._trace)
             settings.clock.start()
             self._has_started = True
             self._services.common.share.begin()

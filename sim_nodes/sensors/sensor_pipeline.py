@@ -271,6 +271,18 @@ class SensorPipeline(DelayLine[wire.SensorFault, T, Sample[T]], Generic[T]):
         """Whether it samples the sensor in a tick."""
         return (self._always or self.in_use or self.is_streamed) and tick % self.sensor.period == 0
 
+    def peek(self, tick: int) -> Sample[T] | None:
+        """Return the latest sample, or of an inactive sensor the sample of a tick, without delay and loss.
+
+        The pipeline does not change. None if nothing arrived, or the sensor has no power.
+        """
+        if self._always or self.is_active:
+            return self.latest
+        if not self._has_power:
+            return None
+        truth = Sample(tick, self.sensor.read(tick))
+        return Sample(tick, self._distorted(truth))
+
     def update(self, tick: int, reading: T | None = None) -> None:
         """Sample the sensor if it is due, and deliver samples.
 

@@ -49,7 +49,7 @@ def rewind(simulator: Simulator, request: wire.Rewind) -> wire.SimulationTime:
 
 
 def start_tracks(simulator: Simulator, request: wire.StartTracks) -> None:
-    simulator.start_tracks(request.rate)
+    simulator.start_tracks(request.rate, request.scans)
 
 
 def cancel_goal(simulator: Simulator, request: wire.CancelGoal) -> None:

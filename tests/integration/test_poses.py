@@ -1,5 +1,6 @@
 """Poses in traces of runs in simulators."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,8 @@ scenario main:
 STAMPS = ("seq", "wall", "cause")  # numbers of records, and times of the machine
 
 
-def traced(folder: Path, node: str, *more: str) -> list[dict[str, Any]]:
-    (folder / "drive.osc").write_text(SCENARIO)
+def traced(folder: Path, node: str, *more: str, text: str = SCENARIO) -> list[dict[str, Any]]:
+    (folder / "drive.osc").write_text(text)
     options = ["--connect", node, "--world", "empty", "--rate", "max", "--seed", "1", "-o", str(folder), *more]
     assert main(["exec", str(folder / "drive.osc"), *options]) == 0
     return read_trace(folder / "trace.jsonl")
@@ -74,6 +75,38 @@ def test_poses_change_nothing_else(tmp_path: Path, mujoco_node: str) -> None:
         return [{name: value for name, value in each.items() if name not in STAMPS} for each in others]
 
     assert others("0") == others("25")
+
+
+def test_a_trace_has_scans_of_lidars_that_nobody_uses(tmp_path: Path, mujoco_node: str) -> None:
+    text = SCENARIO.replace("2s", "1s")
+    records = traced(tmp_path, mujoco_node, "--world", "maze", "--scans", "2", text=text)
+    scans = [record for record in records if record["kind"] == "scan"]
+    assert [record["time"] for record in scans] == pytest.approx([0.0, 0.5, 1.0])
+    first = scans[0]
+    assert (first["entity"], first["sensor"], first["pose"][3:]) == ("turtlebot4", "lidar", [0.0, 0.0, 0.0, 1.0])
+    assert len(first["ranges"]) == round(2.0 * math.pi / first["angle_increment"])
+    near = [distance for distance in first["ranges"] if distance is not None]
+    assert 0.3 < min(near) < 1.0
+    assert main(["accept", str(tmp_path / "trace.jsonl"), str(tmp_path / "drive.osc")]) == 0
+
+
+def test_scans_change_nothing_else(tmp_path: Path, mujoco_node: str) -> None:
+    def others(rate: str) -> list[dict[str, Any]]:
+        records = traced(tmp_path, mujoco_node, "--scans", rate)
+        return [
+            {name: value for name, value in each.items() if name not in STAMPS}
+            for each in records
+            if each["kind"] != "scan"
+        ]
+
+    assert others("0") == others("10")
+
+
+def test_more_scans_than_poses_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "drive.osc").write_text(SCENARIO)
+    options = ["--sim", "mujoco", "-o", str(tmp_path / "out"), "--poses", "5", "--scans", "10"]
+    assert main(["exec", str(tmp_path / "drive.osc"), *options]) == 2
+    assert "invalid rate of scans 10: expected 0 to 5, the rate of poses" in capsys.readouterr().err
 
 
 def test_a_rate_that_no_node_has_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

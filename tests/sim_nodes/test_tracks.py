@@ -23,8 +23,8 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(going_ahead, "LONGEST", 60.0)  # [s]
 
 
-def start(client: Client, rate: float = 10.0) -> None:
-    client.ask(wire.START_TRACKS, wire.StartTracks(rate=rate))
+def start(client: Client, rate: float = 10.0, scans: float = 0.0) -> None:
+    client.ask(wire.START_TRACKS, wire.StartTracks(rate=rate, scans=scans))
 
 
 def rows(samples: tuple[wire.TrackSample, ...] | list[wire.TrackSample], name: str) -> list[tuple[float, ...]]:
@@ -86,6 +86,25 @@ def test_spawned_bodies_and_other_worlds_are_described() -> None:
     assert [(each.name, each.kind, len(each.shapes)) for each in added] == [("ball", "object", 1)]
 
 
+@on_both
+def test_scans_have_the_faults_of_their_lidar(engine: str) -> None:
+    client = Client("maze", engine=engine)
+    client.localise()
+    start(client, scans=5.0)
+    scans = [(sample.time, scan) for sample in client.advance(1.0).tracks for scan in sample.scans]
+    assert [time for time, _ in scans] == pytest.approx([0.2 * index for index in range(len(scans))], abs=0.11)
+    assert len(scans) >= 5
+    loss = wire.InjectFault(id="fault", robot=ROBOT, device="lidar", fault=wire.PowerLoss(), limit=5.0)
+    client.ask(wire.INJECT_FAULT, loss)
+    assert not [scan for sample in client.advance(3.0).tracks[2:] for scan in sample.scans]
+
+
+def test_invalid_rates_of_scans_are_refused() -> None:
+    client = Client("empty")
+    with pytest.raises(RequestRefused, match=r"invalid rate 20.0 of scans: expected 0 to 10 Hz"):
+        start(client, scans=20.0)
+
+
 def test_deleted_bodies_are_named_once() -> None:
     client = Client("empty")
     client.spawn("box", pose(1.0, 0.5, z=0.2))
@@ -115,7 +134,7 @@ def test_lookahead_and_rewinding_do_not_change_samples(engine: str) -> None:
         client = Client("maze", 3, engine)
         client.spawn("box", pose(1.0, 0.5, z=0.4))
         client.localise()
-        start(client)
+        start(client, scans=3.0)
         client.navigate(pose(1.5, 1.5))
         return client
 
@@ -130,6 +149,7 @@ def test_lookahead_and_rewinding_do_not_change_samples(engine: str) -> None:
             seen += [sample for sample in advanced.tracks if sample.time <= ahead.simulator.time]
     assert len(found) > 15
     assert seen == found
+    assert len([scan for sample in found for scan in sample.scans]) >= 5
     plans = [(sample.time, plan) for sample in found for plan in sample.plans]
     assert [plan.robot for _, plan in plans][:1] == [ROBOT]
     assert all(later[0] - before[0] >= 1.0 for before, later in pairwise(plans))

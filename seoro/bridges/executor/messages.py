@@ -21,7 +21,7 @@ from seoro.bridges.wire.message import Empty, Message, Query, Verb
 from seoro.robotics.tracks import MAX_POSE_RATE
 from seoro.security.keys.roles import Role
 
-MINOR = 6  # minor version of the protocol; increases with each addition
+MINOR = 7  # minor version of the protocol; increases with each addition
 # Minor versions that introduced a feature.
 PRIORITIES = 1
 WORLD_FILES = 2
@@ -32,6 +32,7 @@ ROS_SIMULATORS = 3  # simulators of ROS 2 systems, with their own worlds
 EXTERNAL = 4  # events emitted by applications
 CAMPAIGNS = 5  # workers of campaigns
 POSES = 6  # rate of poses in traces
+SCANS = 7  # scans in traces
 
 CHUNK = 1 << 20  # [bytes] of a blob or a file in one message
 MAX_FILES = 10_000  # files of a bundle
@@ -155,6 +156,7 @@ class BundledOptions(ExecutorMessage):
     timeout: Limit | None = None  # [s] of the machine's clock
     timeout_of_file: bool = False  # whether the scenario file sets the timeout, not the client
     poses: Annotated[float, Field(ge=0, le=MAX_POSE_RATE)] | None = None
+    scans: Annotated[float, Field(ge=0, le=MAX_POSE_RATE)] = 0.0
     external: tuple[Text, ...] = ()  # events that applications may emit
     film: BundledFilm | None = None  # saved as `seoro.embed.video.NAME` among the output files
 

@@ -17,6 +17,7 @@ from seoro.bridges.sim.requests import NodeAddress, to_exception
 from seoro.bridges.sim.sensing import SensingRequests
 from seoro.bridges.wire.holds import HOLD_DEADLINE, HOLD_PATIENCE
 from seoro.errors import BackendError, BackendLost, BackendStopped
+from seoro.runtime.contracts.backends import WARNING
 from seoro.runtime.contracts.tracks import TrackReporter
 
 ANSWER = 1.0  # [s] time limit of the bridge, beyond the requested wait
@@ -73,8 +74,10 @@ class RobotNode(SensingRequests):
         """Return None, see above."""
         return None
 
-    async def start_tracks(self, rate: float, report: TrackReporter) -> None:
-        """See `Tracks`. Robots without a localisation are not reported."""
+    async def start_tracks(self, rate: float, report: TrackReporter, scans: float = 0.0) -> None:
+        """See `Tracks`. Robots without a localisation are not reported, and scans are not."""
+        if scans:
+            self._on_event(WARNING, {"message": f"scans of the robots of {self.name} are not recorded"})
         self.tracks.start(rate, report)
 
     async def _ask_localization(self, robot: str) -> wire.Localization:

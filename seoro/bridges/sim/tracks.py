@@ -11,11 +11,13 @@ from seoro.bridges.sim.requests import Requests
 from seoro.bridges.sim.rules import ProtocolViolation
 from seoro.bridges.sim.scenes import plain_entity, scene_change
 from seoro.runtime.contracts.backends import WARNING
-from seoro.runtime.contracts.tracks import PlanSample, PoseSample, SceneChange, TrackReporter, Tracks
+from seoro.runtime.contracts.tracks import PlanSample, PoseSample, ScanSample, SceneChange, TrackReporter, Tracks
 
 _TOLERANCE = 1e-9  # [s]
 _POSES = Struct(f"<{wire.POSE_VALUES}d")
 _POINT = Struct("<2d")
+_RANGE = Struct("<f")
+_RANGE_DIGITS = 3
 _BELIEVED = Struct(f"<{wire.BELIEVED_VALUES}d")
 
 
@@ -33,12 +35,14 @@ class TrackRequests(Requests):
         """Whether the node serves all verbs of a contract."""
         raise NotImplementedError
 
-    async def start_tracks(self, rate: float, report: TrackReporter) -> None:
+    async def start_tracks(self, rate: float, report: TrackReporter, scans: float = 0.0) -> None:
         """See `Tracks`. Nodes that do not serve it report nothing."""
         if not self.serves(Tracks):
+            if scans:
+                self._on_event(WARNING, {"message": f"{self.name} reports no scans; the trace has none"})
             return
         scene = await self.ask(wire.GET_SCENE, wire.Empty())
-        await self.ask(wire.START_TRACKS, wire.StartTracks(rate=rate))
+        await self.ask(wire.START_TRACKS, wire.StartTracks(rate=rate, scans=scans))
         self._report_sample = report
         report(scene_change(scene))
 
@@ -66,6 +70,27 @@ class TrackRequests(Requests):
             self._report_sample(self._decode(sample))
             for plan in sample.plans:
                 self._report_sample(PlanSample(sample.time, plan.robot, self._decode_plan(plan)))
+
+            for scan in sample.scans:
+                self._report_sample(self._decode_scan(sample.time, scan))
+
+    def _decode_scan(self, time: float, scan: wire.TrackScan) -> ScanSample:
+        count, rest = divmod(len(scan.ranges), _RANGE.size)
+        ranges = [distance for (distance,) in _RANGE.iter_unpack(scan.ranges)] if rest == 0 else []
+        placed = (*scan.mount, scan.first, scan.step)
+        if rest or count > wire.MAX_BEAMS or not all(map(math.isfinite, placed)) or not _are_ranges(ranges):
+            found = f"a scan of {scan.robot} with {len(scan.ranges)} bytes"
+            expected = f"at most {wire.MAX_BEAMS} ranges of 0 m or more, of a placed lidar"
+            raise ProtocolViolation(f"{self.name} violated the protocol: it sent {found}; expected {expected}")
+        return ScanSample(
+            time,
+            scan.robot,
+            scan.sensor,
+            (*scan.mount, 0.0, 0.0, 0.0, 1.0),
+            scan.first,
+            scan.step,
+            [round(distance, _RANGE_DIGITS) if math.isfinite(distance) else None for distance in ranges],
+        )
 
     def _decode_plan(self, plan: wire.TrackPlan) -> list[tuple[float, float]]:
         is_whole = len(plan.points) % _POINT.size == 0
@@ -100,6 +125,10 @@ def _rows(row: Struct, names: Sequence[str], data: bytes) -> Mapping[str, tuple[
     if not _are_finite(rows.values()):
         raise ValueError("it sent poses that are not finite; expected finite numbers")
     return rows
+
+
+def _are_ranges(distances: Iterable[float]) -> bool:
+    return all(distance >= 0.0 for distance in distances)  # also infinity, not NaN
 
 
 def _are_finite(rows: Iterable[Sequence[float]]) -> bool:

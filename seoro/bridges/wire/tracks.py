@@ -8,15 +8,18 @@ from seoro.bridges.wire.scene import Scene, SceneEntity
 POSE_VALUES = 13  # of an entity: position, quaternion (x, y, z, w), linear and angular velocity
 BELIEVED_VALUES = 3  # of a robot: x, y, yaw
 MAX_PLAN = 500  # points of a plan
+MAX_BEAMS = 100_000  # of a scan
 
 
 class StartTracks(Message):
     """Sample poses while time passes from now on, at a rate in samples per simulated second; 0 ends it.
 
-    The period is rounded to whole ticks of 20 ms. Samples do not change the simulation.
+    The period is rounded to whole ticks of 20 ms. `scans` are the scans of each planar lidar per simulated second,
+    at most `rate`; 0 for none. Samples do not change the simulation.
     """
 
     rate: float
+    scans: float = 0.0
 
 
 class TrackPlan(Message):
@@ -24,6 +27,21 @@ class TrackPlan(Message):
 
     robot: str
     points: bytes = b""
+
+
+class TrackScan(Message):
+    """Scan of a planar lidar, with its injected faults.
+
+    `mount` has x, y, z [m] of the lidar in the frame of the robot, whose axes its bearings have. `ranges` are
+    little-endian floats of 32 bits [m], infinite without a hit.
+    """
+
+    robot: str
+    sensor: str
+    mount: tuple[float, float, float]
+    first: float  # bearing of the first beam [rad]
+    step: float  # between two beams, to the left [rad]
+    ranges: bytes
 
 
 class TrackSample(Message):
@@ -42,6 +60,7 @@ class TrackSample(Message):
     added: tuple[SceneEntity, ...] = ()  # entities that were spawned since then
     scene: Scene | None = None  # another world since then
     plans: tuple[TrackPlan, ...] = ()  # of robots that have planned again, at most once per second each
+    scans: tuple[TrackScan, ...] = ()
 
 
 START_TRACKS = Verb("start_tracks", StartTracks, Empty)

@@ -52,6 +52,7 @@ def words_beyond_directives(options: Options) -> list[str]:
     words = [] if options.name is None else ["--scenario", options.name]
     words += [] if options.clock is None else ["--clock", options.clock]
     words += [] if options.poses is None else ["--poses", f"{options.poses:g}"]
+    words += ["--scans", f"{options.scans:g}"] if options.scans else []
     words += [] if options.lab is None else [*_lab_words(options)]
     if options.ros is not None:
         dialect = "" if options.ros.dialect is None else f"&dialect={options.ros.dialect}"

@@ -36,6 +36,7 @@ _FIELDS: Final[dict[str, dict[str, Any]]] = {
     "scene": {"time": _NUMBER, "shapes": list, "entities": list},
     "entity": {"time": _NUMBER, "entity": dict},
     "path": {"time": _NUMBER, "entity": str, "points": list},
+    "scan": {"time": _NUMBER, "entity": str, "sensor": str, "pose": list, "ranges": list},
     "poses": {"time": _NUMBER, "entities": dict},
 }
 

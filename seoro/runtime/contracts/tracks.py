@@ -52,7 +52,30 @@ class PlanSample(Value):
     points: Sequence[tuple[float, float]]
 
 
-TrackReporter = Callable[[PoseSample | PlanSample | SceneChange], None]
+class ScanSample(Value):
+    """Scan of a planar lidar.
+
+    Args:
+        time: Time on the backend's clock [s].
+        robot: Name of the robot.
+        sensor: Name of the lidar.
+        pose: Position [m] and quaternion (x, y, z, w) of the lidar in the frame of the robot.
+        angle_min: Bearing of the first beam [rad].
+        angle_increment: Angle between two beams, to the left [rad].
+        ranges: Distances [m]; None without a hit.
+    """
+
+    time: float
+    robot: str
+    sensor: str
+    pose: tuple[float, ...]
+    angle_min: float
+    angle_increment: float
+    ranges: Sequence[float | None]
+
+
+Sample = PoseSample | PlanSample | ScanSample | SceneChange
+TrackReporter = Callable[[Sample], None]
 """Callback for a sample or a change of the scene; called on the event loop, between instants."""
 
 
@@ -60,7 +83,7 @@ TrackReporter = Callable[[PoseSample | PlanSample | SceneChange], None]
 class Tracks(Protocol):
     """A backend that reports poses."""
 
-    async def start_tracks(self, rate: float, report: TrackReporter) -> None:
+    async def start_tracks(self, rate: float, report: TrackReporter, scans: float = 0.0) -> None:
         """Report the present scene at once, then poses and changes of the scene until the end of the run.
 
         On a simulated clock, each sample is reported before the time of the run reaches it, or in the grant that
@@ -69,4 +92,6 @@ class Tracks(Protocol):
         Args:
             rate: Samples per second of the run's clock [1/s]; above 0, at most 50.
             report: Called with each of them.
+            scans: Scans of each planar lidar per second [1/s], at most `rate`; 0 for none. Backends without lidars
+                ignore it.
         """

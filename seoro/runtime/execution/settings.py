@@ -44,6 +44,7 @@ class Settings(Value):
         external: Names of the events that the application may emit.
         recorded: Emissions of an earlier run, to be repeated at their times; None to wait for the application.
         pose_rate: Samples of poses in the trace [1/s]; 0 for none.
+        scan_rate: Scans of each lidar in the trace [1/s]; 0 for none.
         debugger: Control of the run, on a deterministic clock.
         step_order: Order of steps in a delta cycle, as for `Scheduler`; tests check that it has no effect.
     """
@@ -65,5 +66,6 @@ class Settings(Value):
     external: Sequence[str] = ()
     recorded: Sequence[Occurrence] | None = None
     pose_rate: float = 0.0
+    scan_rate: float = 0.0
     debugger: Debugging | None = None
     step_order: StepOrder | None = None

@@ -7,29 +7,35 @@ from functools import partial
 from typing import Any
 
 from seoro.runtime.contracts.backends import Backend
-from seoro.runtime.contracts.tracks import PlanSample, PoseSample, SceneChange, Tracks
+from seoro.runtime.contracts.tracks import PlanSample, Sample, ScanSample, SceneChange, Tracks
 from seoro.runtime.kernel.clock import TIME_DIGITS
 from seoro.runtime.kernel.scheduler import Scheduler
 from seoro.runtime.trace.records import Trace
 
 
-async def start_tracking(backends: Sequence[Backend], rate: float, scheduler: Scheduler, trace: Trace) -> None:
-    """Let the backends report poses for the trace.
+async def start_tracking(
+    backends: Sequence[Backend], rate: float, scans: float, scheduler: Scheduler, trace: Trace
+) -> None:
+    """Let the backends report poses and scans for the trace.
 
     Args:
         backends: Backends of the run, which has not begun; those without `Tracks` report nothing.
         rate: Samples per second of the run's clock [1/s]; 0 for none.
+        scans: Scans of each lidar per second [1/s]; 0 for none.
         scheduler: Scheduler of the run. On exact clocks, samples are recorded with the next instant.
         trace: The trace.
     """
 
-    def record(sample: PoseSample | PlanSample | SceneChange) -> None:
+    def record(sample: Sample) -> None:
         if isinstance(sample, SceneChange):
             time = sample.fields.get("time")
             record_soon(sample.kind, time if isinstance(time, float) else None, sample.fields)
             return
         if isinstance(sample, PlanSample):
             record_soon("path", sample.time, {"entity": sample.robot, "points": list(sample.points)})
+            return
+        if isinstance(sample, ScanSample):
+            record_soon("scan", sample.time, scan_fields(sample))
             return
         fields: dict[str, Any] = {"entities": dict(sample.entities)}
         if sample.believed:
@@ -50,4 +56,16 @@ async def start_tracking(backends: Sequence[Backend], rate: float, scheduler: Sc
         return
     for backend in backends:
         if isinstance(backend, Tracks):
-            await backend.start_tracks(rate, record)
+            await backend.start_tracks(rate, record, scans)
+
+
+def scan_fields(sample: ScanSample) -> Mapping[str, Any]:
+    """Return the fields of the record of a scan."""
+    return {
+        "entity": sample.robot,
+        "sensor": sample.sensor,
+        "pose": list(sample.pose),
+        "angle_min": sample.angle_min,
+        "angle_increment": sample.angle_increment,
+        "ranges": list(sample.ranges),
+    }

@@ -13,7 +13,7 @@ from seoro.bridges.robot.connecting import RobotsBusy, connect_robots
 from seoro.errors import BackendError, BackendRefused, BackendUnreachable
 from seoro.robotics.geometry import Pose3D, Position3D
 from seoro.runtime.contracts.backends import GoalStatus, Report
-from seoro.runtime.contracts.tracks import PlanSample, PoseSample, SceneChange
+from seoro.runtime.contracts.tracks import PoseSample, Sample, SceneChange
 from tests.bridges.robot.conftest import Rails
 
 pytestmark = pytest.mark.anyio
@@ -66,7 +66,7 @@ async def test_aborted_and_refused_goals_have_a_reason(rails: Rails) -> None:
 
 async def test_poses_are_reported_while_robots_move(rails: Rails) -> None:
     end = Ends()
-    found: list[PoseSample | PlanSample | SceneChange] = []
+    found: list[Sample] = []
     async with connect_robots(rails.endpoint, "a test") as node:
         await node.set_initial_pose("line", at(0.0))
         await node.start_tracks(50.0, found.append)
@@ -88,7 +88,7 @@ async def test_poses_are_reported_while_robots_move(rails: Rails) -> None:
     assert max(sample.entities["line"][7] for sample in samples if isinstance(sample, PoseSample)) > 0.1
 
 
-def _is_at_rest(found: list[PoseSample | PlanSample | SceneChange]) -> bool:
+def _is_at_rest(found: list[Sample]) -> bool:
     last = found[-1]
     return isinstance(last, PoseSample) and last.entities["line"][0] >= 0.2 and last.entities["line"][7] == 0.0
 
