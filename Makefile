@@ -90,7 +90,7 @@ docs: $(VENV)/.docs  ## build the documentation in build/docs; broken links and 
 pictures: $(VENV)/.dev  ## make the pictures of the documentation anew, in MuJoCo; review the difference
 	@$(BIN)/python docs/pictures.py
 
-ui:  ## build the pages of reports from ui/, with Node.js
+ui:  ## build the pages of reports and of `seoro ui` from ui/, with Node.js
 	@npm --prefix ui ci --no-audit --no-fund --omit-lockfile-registry-resolved
 	@npm --prefix ui run --silent check
 	@npm --prefix ui run --silent build

@@ -1,13 +1,14 @@
-// Builds the pages into seoro/report/static/: `make ui`. `source.txt` is a hash of this folder, by which tests see
-// without Node.js that the built files match the source.
+// Builds the pages: those of reports into seoro/report/static/, those of `seoro ui` into seoro/ui/static/ (`make ui`).
+// `source.txt` is a hash of this folder, by which tests see without Node.js that the built files match the source.
 import { createHash } from "node:crypto";
-import { readdirSync, readFileSync, writeFileSync } from "node:fs";
+import { mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const here = fileURLToPath(new URL(".", import.meta.url));
-const target = process.argv[2] ?? join(here, "../seoro/report/static");
+const target = process.argv[2] ?? join(here, "../seoro");
+const PAGES = { report: "src/report.tsx", ui: "src/ui.tsx" };
 
 function filesIn(folder) {
   return readdirSync(folder, { withFileTypes: true }).flatMap((entry) => {
@@ -17,31 +18,36 @@ function filesIn(folder) {
   });
 }
 
-export function hashOfSource() {
+function hashOfSource() {
   const hash = createHash("sha256");
   const paths = filesIn(here).map((path) => relative(here, path).replaceAll("\\", "/")).sort();
   for (const path of paths) hash.update(`${path}\0`).update(readFileSync(join(here, path))).update("\0");
   return hash.digest("hex");
 }
 
-await build({
-  absWorkingDir: here,
-  entryPoints: { report: "src/report.tsx" },
-  outdir: target,
-  bundle: true,
-  minify: true,
-  format: "iife",
-  target: "es2022",
-  charset: "utf8",
-  legalComments: "none",
-  jsx: "automatic",
-  jsxImportSource: "preact",
-  logLevel: "warning",
-});
-const licences = ["preact", "uplot"].map((name) => {
+function licence(name) {
   const folder = join(here, "node_modules", name);
   const { version } = JSON.parse(readFileSync(join(folder, "package.json"), "utf8"));
   return `${name} ${version}\n\n${readFileSync(join(folder, "LICENSE"), "utf8").trim()}\n`;
-});
-writeFileSync(join(target, "LICENSES.txt"), licences.join("\n----\n\n"));
-writeFileSync(join(target, "source.txt"), `${hashOfSource()}\n`);
+}
+
+for (const [name, source] of Object.entries(PAGES)) {
+  const folder = join(target, name, "static");
+  mkdirSync(folder, { recursive: true });
+  await build({
+    absWorkingDir: here,
+    entryPoints: { [name]: source },
+    outdir: folder,
+    bundle: true,
+    minify: true,
+    format: "iife",
+    target: "es2022",
+    charset: "utf8",
+    legalComments: "none",
+    jsx: "automatic",
+    jsxImportSource: "preact",
+    logLevel: "warning",
+  });
+  writeFileSync(join(folder, "LICENSES.txt"), licence("preact"));
+  writeFileSync(join(folder, "source.txt"), `${hashOfSource()}\n`);
+}

@@ -1,11 +1,8 @@
 from __future__ import annotations
 
-import hashlib
 import io
 import json
-import shutil
 import struct
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -17,41 +14,6 @@ from seoro.report.page import NoRecords, write_report
 from seoro.report.reading import Reading
 from seoro.report.repeat import repeat_command
 from tests.report.traces import HOSTILE, REVERSED, records, write
-
-ROOT = Path(__file__).parents[2]
-UI = ROOT / "ui"
-STATIC = ROOT / "seoro/report/static"
-BUILT = ("report.js", "report.css", "LICENSES.txt", "source.txt")
-
-
-def test_built_pages_match_their_source() -> None:
-    """`make ui` builds them; the hash is that of `ui/build.mjs`."""
-    paths = sorted(
-        path.relative_to(UI).as_posix()
-        for path in UI.rglob("*")
-        if path.is_file() and "node_modules" not in path.relative_to(UI).parts
-    )
-    digest = hashlib.sha256()
-    for path in paths:
-        digest.update(f"{path}\0".encode() + (UI / path).read_bytes() + b"\0")
-    assert (STATIC / "source.txt").read_text().strip() == digest.hexdigest(), "run `make ui`"
-
-
-@pytest.mark.skipif(
-    shutil.which("node") is None or not (UI / "node_modules/esbuild").is_dir(),
-    reason="needs Node.js and `make ui`",
-)
-def test_building_again_gives_the_same_files(tmp_path: Path) -> None:
-    subprocess.run(["node", UI / "build.mjs", tmp_path], check=True)
-    for name in BUILT:
-        assert (tmp_path / name).read_bytes() == (STATIC / name).read_bytes(), f"run `make ui`: {name} differs"
-
-
-def test_built_pages_name_no_host_and_close_no_script() -> None:
-    script = (STATIC / "report.js").read_text()
-    assert "</script" not in script.lower()
-    assert "</style" not in (STATIC / "report.css").read_text().lower()
-    assert "resolved" not in (UI / "package-lock.json").read_text()
 
 
 def test_columns_are_differences_in_planes() -> None:

@@ -3,7 +3,6 @@ import { render } from "preact";
 import { RunModel } from "./data/model";
 import { PageState } from "./state";
 import { App } from "./views/App";
-import "uplot/dist/uPlot.min.css";
 import "./style/base.css";
 import "./style/views.css";
 

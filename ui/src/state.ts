@@ -33,6 +33,27 @@ export function useCell<T>(cell: Cell<T>): T {
   return value;
 }
 
+/** Number of frames of a run, at most every `pause` milliseconds. */
+export function useRevision({ revision }: { revision: Cell<number> }, pause: number): number {
+  const [value, setValue] = useState(revision.value);
+  useEffect(() => {
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    const later = () => {
+      timer ??= setTimeout(() => {
+        timer = undefined;
+        setValue(revision.value);
+      }, pause);
+    };
+    setValue(revision.value);
+    const stop = revision.subscribe(later);
+    return () => {
+      stop();
+      clearTimeout(timer);
+    };
+  }, [revision, pause]);
+  return value;
+}
+
 export const TABS = ["Source", "Log", "Records", "Plots", "Values", "Coverage"] as const;
 export type Tab = (typeof TABS)[number];
 
@@ -49,8 +70,18 @@ export class PageState {
   /** Place in the scenario to show. */
   readonly place = new Cell("");
 
-  constructor(time: number) {
+  /** Whether the time stays at the end of a run that grows. */
+  readonly isFollowing: Cell<boolean>;
+
+  constructor(time: number, isFollowing = false) {
     this.time = new Cell(time);
+    this.isFollowing = new Cell(isFollowing);
+  }
+
+  /** Show a time that the reader chose [s]. */
+  show(time: number): void {
+    this.isFollowing.value = false;
+    this.time.value = time;
   }
 
   /** Show a place in the source. */
@@ -64,6 +95,6 @@ export class PageState {
   /** Choose a record and its time. */
   choose(seq: number, time: number): void {
     this.record.value = seq;
-    this.time.value = time;
+    this.show(time);
   }
 }

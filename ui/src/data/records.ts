@@ -1,28 +1,37 @@
 // Records of the trace, decompressed in blocks when they are shown.
-import type { Meta, TraceRecord } from "./types";
-import { after, embedded } from "./unpack";
+import type { BlockSource } from "./frames";
+import type { BlockData, TraceRecord } from "./types";
+import { after, grown } from "./unpack";
 
 const KEPT = 12; // blocks
+const PAUSE = 400; // [ms] between two requests for a block that grows
 
 export class Records {
-  readonly count: number;
-  private readonly firstSeq: number[];
-  private readonly firstTime: number[];
+  /** Number of the kind of each record. */
+  kinds = new Uint8Array(0);
+  private readonly firstSeq: number[] = [];
+  private readonly firstTime: number[] = [];
   private readonly firstPosition: number[] = [];
+  private readonly lines: number[] = [];
   private readonly cache = new Map<number, Promise<TraceRecord[]>>();
   private readonly loaded = new Map<number, TraceRecord[]>();
+  private readonly loadedAt = new Map<number, number>(); // [ms]
+  private readonly stale = new Set<number>();
+  private readonly waiting = new Set<number>(); // blocks that will be requested after a pause
 
-  constructor(
-    meta: Meta,
-    readonly kinds: Uint8Array,
-  ) {
-    this.count = kinds.length;
-    this.firstSeq = meta.blocks.map((block) => block[0]);
-    this.firstTime = meta.blocks.map((block) => block[1]);
-    let position = 0;
-    for (const block of meta.blocks) {
-      this.firstPosition.push(position);
-      position += block[2];
+  constructor(private readonly source: BlockSource) {}
+
+  get count(): number {
+    return this.kinds.length;
+  }
+
+  /** Add blocks, and replace those that grew. */
+  append(blocks: BlockData[], kinds: Uint8Array<ArrayBuffer>): void {
+    this.kinds = grown(this.kinds, kinds);
+    for (const [seq, time, lines, number] of blocks) {
+      const before = number > 0 ? this.firstPosition[number - 1]! + this.lines[number - 1]! : 0;
+      [this.firstSeq[number], this.firstTime[number], this.firstPosition[number], this.lines[number]] = [seq, time, before, lines];
+      this.stale.add(number); // what is loaded stays visible until the longer block is here
     }
   }
 
@@ -37,8 +46,10 @@ export class Records {
   ready(position: number, onReady: () => void): TraceRecord | null {
     const number = after(this.firstPosition, position) - 1;
     const block = this.loaded.get(number);
-    if (block !== undefined) return block[position - (this.firstPosition[number] ?? 0)] ?? null;
-    void this.block(number).then(onReady);
+    const record = block?.[position - (this.firstPosition[number] ?? 0)];
+    if (record !== undefined) return record;
+    const isComplete = block !== undefined && !this.stale.has(number) && block.length >= (this.lines[number] ?? 0);
+    if (!isComplete) void this.block(number).then(onReady);
     return null;
   }
 
@@ -77,7 +88,8 @@ export class Records {
   private block(number: number): Promise<TraceRecord[]> {
     if (number < 0 || number >= this.blocks) return Promise.resolve([]);
     let found = this.cache.get(number);
-    if (found === undefined) found = this.load(number);
+    const isOld = this.stale.has(number) && !this.waiting.has(number);
+    if (found === undefined || isOld) found = this.load(number);
     else this.cache.delete(number); // it becomes the latest one
     this.cache.set(number, found);
     if (this.cache.size > KEPT) {
@@ -89,9 +101,15 @@ export class Records {
   }
 
   private async load(number: number): Promise<TraceRecord[]> {
-    const text = new TextDecoder().decode(await embedded(`seoro-block-${number}`));
+    const pause = PAUSE + (this.loadedAt.get(number) ?? -PAUSE) - performance.now();
+    this.waiting.add(number);
+    if (pause > 0) await new Promise((resume) => setTimeout(resume, pause));
+    this.waiting.delete(number);
+    this.stale.delete(number);
+    this.loadedAt.set(number, performance.now());
+    const text = await this.source.block(number);
     let seq = (this.firstSeq[number] ?? 0) - 1;
-    const records = text.split("\n").map((line) => {
+    const records = text.split("\n", this.lines[number]).map((line) => {
       const record = parse(line);
       seq = record.seq > seq ? record.seq : seq + 1;
       record.seq = seq;

@@ -1,7 +1,7 @@
 // Records as sentences, and the chain of their causes.
 import { clip, duration, plain, seconds, shown } from "../text";
 import type { RunModel } from "./model";
-import { lineOf } from "./model";
+import { lineOf } from "./rows";
 import type { Json, TraceRecord } from "./types";
 import { after } from "./unpack";
 
@@ -83,14 +83,14 @@ function nameAndTime(run: RunModel, record: TraceRecord): [string, number] {
   const { behaviors } = run;
   const index = indexOf(run, record["id"], record.seq);
   if (index < 0) return [`behavior ${shown(record["id"])}`, 0];
-  const row = run.rows[behaviors.row[index]!]!;
+  const row = run.rows.started[behaviors.row[index]!]!;
   return [title(row.type, row.name), record.t - behaviors.start[index]!];
 }
 
 function nameOf(run: RunModel, id: Json | undefined, seq: number): string {
   const index = indexOf(run, id, seq);
   if (index < 0) return `behavior ${shown(id)}`;
-  const row = run.rows[run.behaviors.row[index]!]!;
+  const row = run.rows.started[run.behaviors.row[index]!]!;
   return title(row.type, row.name);
 }
 
@@ -106,7 +106,7 @@ function indexOf(run: RunModel, id: Json | undefined, seq: number): number {
 export function placeOf(run: RunModel, record: TraceRecord): string {
   if (typeof record["source"] === "string" && record["source"] !== "") return record["source"];
   const index = indexOf(run, record["id"] ?? record["behavior"] ?? record["modifier"], record.seq);
-  return index < 0 ? "" : run.rows[run.behaviors.row[index]!]!.source;
+  return index < 0 ? "" : run.rows.started[run.behaviors.row[index]!]!.source;
 }
 
 /** A record, and why it happened. */

@@ -1,6 +1,6 @@
 // Poses of robots and bodies over time.
 import type { Meta, SceneEntity } from "./types";
-import { after, type Columns } from "./unpack";
+import { after, type Columns, grown } from "./unpack";
 
 export interface Pose {
   x: number;
@@ -13,21 +13,30 @@ export interface Pose {
   turn: number;
 }
 
+const FIELDS = ["x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz"];
+const VELOCITY = 7; // index of the first velocity
+
 /** Samples of one robot or body. Numbers are in steps. */
 export class Track {
-  readonly times: Float64Array;
-  private readonly columns: Int32Array[];
+  times = new Float64Array(0);
+  private readonly columns: Int32Array<ArrayBuffer>[] = FIELDS.map(() => new Int32Array(0));
+  /** Whether samples have velocities; otherwise these come from differences of poses. */
+  private hasVelocities = false;
+  private known = new Float64Array(0);
 
   constructor(
     readonly name: string,
-    readonly scene: SceneEntity | null,
-    columns: Columns,
-    prefix: string,
+    public scene: SceneEntity | null,
     private readonly step: number,
-  ) {
-    this.times = columns.reals(`${prefix}.t`);
-    const fields = ["x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz"];
-    this.columns = fields.map((field) => columns.integers(`${prefix}.${field}`));
+  ) {}
+
+  append(columns: Columns, prefix: string): void {
+    this.times = grown(this.times, columns.reals(`${prefix}.t`));
+    FIELDS.forEach((field, index) => {
+      const more = columns.integers(`${prefix}.${field}`);
+      this.columns[index] = grown(this.columns[index]!, more);
+      if (index >= VELOCITY) this.hasVelocities ||= more.some((value) => value !== 0);
+    });
   }
 
   get isEmpty(): boolean {
@@ -42,16 +51,21 @@ export class Track {
     return this.columns[1]![index]! * this.step;
   }
 
-  /** Whether samples have velocities; otherwise these come from differences of poses. */
-  private readonly hasVelocities = lazily(() =>
-    this.columns.slice(7).some((column) => column.some((value) => value !== 0)),
-  );
-
   speed(index: number): number {
-    if (this.hasVelocities()) return Math.hypot(this.columns[7]![index]!, this.columns[8]![index]!) * this.step;
+    if (this.hasVelocities) return Math.hypot(this.columns[7]![index]!, this.columns[8]![index]!) * this.step;
     const before = index > 0 ? index - 1 : 0;
     const time = this.times[index]! - this.times[before]!;
     return time > 0 ? Math.hypot(this.x(index) - this.x(before), this.y(index) - this.y(before)) / time : 0;
+  }
+
+  /** Speed over ground of all samples [m/s]. */
+  speeds(): Float64Array<ArrayBuffer> {
+    if (this.known.length < this.times.length) this.known = grown(this.known, this.speedsFrom(this.known.length));
+    return this.known;
+  }
+
+  private speedsFrom(first: number): Float64Array<ArrayBuffer> {
+    return Float64Array.from({ length: this.times.length - first }, (_, index) => this.speed(first + index));
   }
 
   private yaw(index: number): number {
@@ -85,30 +99,39 @@ export class Track {
 }
 
 export class Tracks {
-  readonly tracks: Track[];
-  readonly believed: (Track | null)[];
-  private readonly pathTimes: Float64Array;
-  private readonly pathEntities: Int32Array;
-  private readonly pathEnds: Int32Array;
-  private readonly pathValues: Int32Array;
+  readonly tracks: Track[] = [];
+  readonly believed: (Track | null)[] = [];
+  private pathTimes = new Float64Array(0);
+  private pathEntities = new Int32Array(0);
+  private pathEnds = new Int32Array(0);
+  private pathValues = new Int32Array(0);
+  private step = 1;
 
-  constructor(
-    private readonly meta: Meta,
-    columns: Columns,
-  ) {
+  /**
+   * Add what is new.
+   *
+   * @param meta Everything so far.
+   * @param more What is new in it.
+   */
+  append(meta: Meta, more: Partial<Meta>, columns: Columns): void {
+    this.step = meta.step;
     const scenes = new Map((meta.scene?.entities ?? []).map((entity) => [entity.name, entity]));
-    // All robots are in a scene; what comes later is an object.
-    const later = (name: string): SceneEntity | null => (scenes.size > 0 ? { name, kind: "object" } : null);
-    this.tracks = meta.entities.map(
-      ({ name }, index) => new Track(name, scenes.get(name) ?? later(name), columns, `track.${index}`, meta.step),
-    );
-    this.believed = meta.entities.map(({ name }, index) =>
-      columns.has(`believed.${index}.t`) ? new Track(name, null, columns, `believed.${index}`, meta.step) : null,
-    );
-    this.pathTimes = columns.reals("paths.t");
-    this.pathEntities = columns.integers("paths.entity");
-    this.pathEnds = columns.integers("paths.end");
-    this.pathValues = columns.integers("paths.value");
+    for (const { name } of more.entities ?? []) {
+      this.tracks.push(new Track(name, null, this.step));
+      this.believed.push(null);
+    }
+    this.tracks.forEach((track, index) => {
+      // All robots are in a scene; what comes later is an object.
+      track.scene ??= scenes.get(track.name) ?? (scenes.size > 0 ? { name: track.name, kind: "object" } : null);
+      track.append(columns, `track.${index}`);
+      if (!columns.has(`believed.${index}.t`)) return;
+      const believed = (this.believed[index] ??= new Track(track.name, null, this.step));
+      believed.append(columns, `believed.${index}`);
+    });
+    this.pathTimes = grown(this.pathTimes, columns.reals("paths.t"));
+    this.pathEntities = grown(this.pathEntities, columns.integers("paths.entity"));
+    this.pathEnds = grown(this.pathEnds, columns.integers("paths.end"));
+    this.pathValues = grown(this.pathValues, columns.integers("paths.value"));
   }
 
   get isEmpty(): boolean {
@@ -121,7 +144,7 @@ export class Tracks {
       if (this.pathEntities[index] !== entity) continue;
       const points: [number, number][] = [];
       for (let at = index > 0 ? this.pathEnds[index - 1]! : 0; at + 1 < this.pathEnds[index]!; at += 2) {
-        points.push([this.pathValues[at]! * this.meta.step, this.pathValues[at + 1]! * this.meta.step]);
+        points.push([this.pathValues[at]! * this.step, this.pathValues[at + 1]! * this.step]);
       }
       return points;
     }
@@ -131,9 +154,4 @@ export class Tracks {
 
 export function wrapped(angle: number): number {
   return angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
-}
-
-function lazily<T>(make: () => T): () => T {
-  let found: { value: T } | null = null;
-  return () => (found ??= { value: make() }).value;
 }

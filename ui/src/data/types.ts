@@ -1,4 +1,4 @@
-// Data of a run, as `seoro/report/page.py` writes it.
+// Data of a run, as `seoro.report` writes it.
 
 /** A value of JSON. */
 export type Json = null | boolean | number | string | Json[] | { [name: string]: Json };
@@ -145,6 +145,9 @@ export interface CoverageItem {
   grade: number;
 }
 
+/** First `seq`, first time [s], number of lines, and number of a block of records. */
+export type BlockData = [number, number, number, number];
+
 export interface Meta {
   start: RunStart | null;
   end: RunEnd | null;
@@ -162,7 +165,7 @@ export interface Meta {
   entities: { name: string }[];
   beams: number[][];
   series: SeriesData[];
-  blocks: [number, number, number][];
+  blocks: BlockData[];
   layout: { [name: string]: [string, number] };
   margins: TraceRecord[];
   samples: TraceRecord[];
@@ -170,4 +173,9 @@ export interface Meta {
   command: string;
   measurements: { [name: string]: Json };
   coverage: { coverage?: CoverageItem[] };
+  status?: string;
+  /** Whether a frame has everything so far. */
+  first?: boolean;
+  /** Number of records since the frame before that the views leave out. */
+  skipped?: number;
 }

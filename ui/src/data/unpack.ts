@@ -1,4 +1,4 @@
-// Bytes and columns of a report.
+// Bytes and columns of a run.
 
 /** Decompress zlib data. */
 export async function inflate(data: Uint8Array<ArrayBuffer>): Promise<Uint8Array<ArrayBuffer>> {
@@ -14,14 +14,7 @@ export function fromBase64(text: string): Uint8Array<ArrayBuffer> {
   return bytes;
 }
 
-/** Read the data of an element of the page. */
-export async function embedded(id: string): Promise<Uint8Array<ArrayBuffer>> {
-  const element = document.getElementById(id);
-  if (element === null) throw new Error(`the report is incomplete: ${id} is missing`);
-  return inflate(fromBase64(element.textContent ?? ""));
-}
-
-export type Column = Int32Array | Float64Array | Uint8Array;
+export type Column = Int32Array<ArrayBuffer> | Float64Array<ArrayBuffer> | Uint8Array<ArrayBuffer>;
 const WIDTHS: Record<string, number> = { i4: 4, f8: 8, u1: 1 };
 
 /** Columns by name; see `seoro/report/columns.py`. */
@@ -37,16 +30,16 @@ export class Columns {
     }
   }
 
-  integers(name: string): Int32Array {
-    return (this.columns.get(name) as Int32Array | undefined) ?? new Int32Array(0);
+  integers(name: string): Int32Array<ArrayBuffer> {
+    return (this.columns.get(name) as Int32Array<ArrayBuffer> | undefined) ?? new Int32Array(0);
   }
 
-  reals(name: string): Float64Array {
-    return (this.columns.get(name) as Float64Array | undefined) ?? new Float64Array(0);
+  reals(name: string): Float64Array<ArrayBuffer> {
+    return (this.columns.get(name) as Float64Array<ArrayBuffer> | undefined) ?? new Float64Array(0);
   }
 
-  bytes(name: string): Uint8Array {
-    return (this.columns.get(name) as Uint8Array | undefined) ?? new Uint8Array(0);
+  bytes(name: string): Uint8Array<ArrayBuffer> {
+    return (this.columns.get(name) as Uint8Array<ArrayBuffer> | undefined) ?? new Uint8Array(0);
   }
 
   has(name: string): boolean {
@@ -54,7 +47,7 @@ export class Columns {
   }
 }
 
-function decode(raw: Uint8Array, type: string, length: number): Column {
+function decode(raw: Uint8Array<ArrayBuffer>, type: string, length: number): Column {
   if (type === "u1") return raw.slice();
   const width = WIDTHS[type] ?? 1;
   const bytes = new Uint8Array(raw.length);
@@ -65,6 +58,22 @@ function decode(raw: Uint8Array, type: string, length: number): Column {
   if (type === "f8") return new Float64Array(bytes.buffer);
   const found = new Int32Array(bytes.buffer);
   for (let index = 1; index < length; index++) found[index] = found[index]! + found[index - 1]!;
+  return found;
+}
+
+/**
+ * Append values to a column. Returns the longer column, which may share memory with the given one: use that one no
+ * longer.
+ */
+export function grown<T extends Column>(column: T, more: T): T {
+  if (more.length === 0) return column;
+  if (column.length === 0) return more;
+  const make = column.constructor as new (size: number | ArrayBuffer, offset?: number, length?: number) => T;
+  const length = column.length + more.length;
+  const hasRoom = column.byteOffset + length * column.BYTES_PER_ELEMENT <= column.buffer.byteLength;
+  const found = hasRoom ? new make(column.buffer, column.byteOffset, length) : (new make(2 * length).subarray(0, length) as T);
+  if (!hasRoom) found.set(column);
+  found.set(more, column.length);
   return found;
 }
 

@@ -9,7 +9,6 @@ export function drawAxis(
   run: RunModel,
   view: Window,
   height: number,
-  time: number,
   colours: Theme,
 ): void {
   const context = prepare(canvas, view.width, height);
@@ -25,13 +24,6 @@ export function drawAxis(
     context.fillText(`${(Math.abs(mark) < step / 2 ? 0 : mark).toFixed(places)} s`, x + 3, 2);
   }
   drawEvents(context, run, view, height, colours);
-  const x = toX(view, time);
-  context.fillStyle = colours.cursor;
-  context.beginPath();
-  context.moveTo(x - 6, height - 10);
-  context.lineTo(x + 6, height - 10);
-  context.lineTo(x, height);
-  context.fill();
 }
 
 /** One mark for the events of a pixel. */

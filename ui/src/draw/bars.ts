@@ -1,5 +1,6 @@
 // Bars of behaviors on the canvas of the timeline.
-import type { Row, RunModel } from "../data/model";
+import type { RunModel } from "../data/model";
+import type { Row } from "../data/rows";
 import { duration } from "../text";
 import type { Theme } from "./theme";
 
@@ -25,8 +26,8 @@ const failures = new WeakMap<Row, Int32Array>();
 /** Executions of a row that failed. */
 function failedRuns(run: RunModel, row: Row): Int32Array {
   let found = failures.get(row);
-  if (found === undefined) {
-    found = row.counts[2] === 0 ? new Int32Array(0) : row.runs.filter((index) => run.behaviors.status[index] === 2);
+  if (found?.length !== row.counts[2]) {
+    found = row.runs.filter((index) => run.behaviors.status[index] === 2);
     failures.set(row, found);
   }
   return found;
@@ -47,8 +48,8 @@ export function drawRow(
     return;
   }
   drawRuns(context, run, row, row.runs, view, y, colours);
-  const failed = failedRuns(run, row);
-  if (failed.length > 0 && failed.length < row.runs.length) drawRuns(context, run, row, failed, view, y, colours);
+  const isMixed = row.counts[2] > 0 && row.counts[2] < row.runs.length;
+  if (isMixed) drawRuns(context, run, row, failedRuns(run, row), view, y, colours);
 }
 
 function drawRuns(

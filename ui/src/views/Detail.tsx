@@ -3,7 +3,7 @@ import { useEffect, useState } from "preact/hooks";
 import { type Cause, causes, placeOf, when } from "../data/sentences";
 import { useCell } from "../state";
 import { clip, plain, shown } from "../text";
-import type { ViewProps } from "./App";
+import type { ViewProps } from "./RunViews";
 import { Place } from "./Place";
 
 const LONGEST = 4_000; // characters of a field

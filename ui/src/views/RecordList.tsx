@@ -4,9 +4,9 @@ import type { RunModel } from "../data/model";
 import { sentence } from "../data/sentences";
 import type { TraceRecord } from "../data/types";
 import { after } from "../data/unpack";
-import { useCell } from "../state";
+import { useCell, useRevision } from "../state";
 import { plural } from "../text";
-import type { ViewProps } from "./App";
+import type { ViewProps } from "./RunViews";
 import { VirtualList } from "./VirtualList";
 
 const GROUPS: [string, (kind: string) => boolean][] = [
@@ -32,6 +32,8 @@ const MARKS: Record<string, string> = {
   "margin": "↔",
 };
 
+const REFRESH = 500; // [ms] between two looks at the new records of a run
+
 interface Props extends ViewProps {
   /** Kinds of records to show; null for all. */
   kinds: string[] | null;
@@ -51,7 +53,7 @@ export function RecordList({ run, state, kinds, empty }: Props) {
         : GROUPS[choice]![1];
     const numbers = new Set(run.meta.kinds.flatMap((kind, number) => (accepted(kind) ? [number] : [])));
     return positionsOf(run.records.kinds, numbers, run.meta.kinds.length);
-  }, [run, isLog, choice]);
+  }, [run, isLog, choice, useRevision(run, REFRESH)]);
   const text = isFailures && search === "" ? FAILED : search;
   const [positions, progress] = useSearch(run, wanted, text);
   const [, redraw] = useState(0);

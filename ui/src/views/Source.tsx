@@ -1,19 +1,22 @@
 // The scenario with what ran, what failed and what never ran.
 import { useEffect, useMemo, useState } from "preact/hooks";
-import { lineOf, type Row, type RunModel } from "../data/model";
+import type { RunModel } from "../data/model";
+import { lineOf, type Row } from "../data/rows";
 import { useCell } from "../state";
 import { clip, plain, plural } from "../text";
-import type { ViewProps } from "./App";
+import type { ViewProps } from "./RunViews";
 import { VirtualList } from "./VirtualList";
 
 const LONGEST = 2_000; // characters of a line
 
 export function Source({ run, state }: ViewProps) {
-  const files = useMemo(() => run.meta.sources.filter((source) => typeof source.text === "string"), [run]);
-  const byFile = useMemo(() => rowsByLine(run), [run]);
+  const files = useMemo(() => run.meta.sources.filter((source) => typeof source.text === "string"), [run, run.meta.sources]);
+  useCell(run.revision);
+  const byFile = useMemo(() => rowsByLine(run), [run, run.rows.started.length]);
   const place = useCell(state.place);
   const time = useCell(state.time);
-  const [name, setName] = useState(files[0]?.name ?? "");
+  const [chosen, setName] = useState("");
+  const name = chosen || (files[0]?.name ?? "");
   const [focus, setFocus] = useState(-1);
   useEffect(() => {
     const [file, line] = lineOf(place);
@@ -123,7 +126,7 @@ function markOf(rows: Row[], isVerdict: boolean): [mark: string, status: string,
 /** Rows of behaviors by file and line of their start. */
 function rowsByLine(run: RunModel): Map<string, Map<number, Row[]>> {
   const found = new Map<string, Map<number, Row[]>>();
-  for (const row of run.rows) {
+  for (const row of run.rows.all) {
     const [file, line] = lineOf(row.source);
     if (line === 0) continue;
     let lines = found.get(file);

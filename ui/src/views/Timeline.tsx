@@ -1,13 +1,15 @@
 // The tree of behaviors over time. Rows are behaviors of the scenario; bars are their executions.
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
-import type { Row, RunModel } from "../data/model";
-import { sourceText } from "../data/sentences";
+import type { RunModel } from "../data/model";
+import type { Row } from "../data/rows";
 import { drawRow, ROW_HEIGHT, toTime, toX, type Window } from "../draw/bars";
 import { drawAxis } from "../draw/axis";
+import { panned, type Span, wholeSpan, zoomed } from "../draw/spans";
 import { onThemeChange, prepare, theme } from "../draw/theme";
 import { useCell } from "../state";
-import { clip, plain, plural } from "../text";
-import type { ViewProps } from "./App";
+import { plural } from "../text";
+import type { ViewProps } from "./RunViews";
+import { Label, labelOf } from "./TimelineLabel";
 
 const TALLEST = 16; // rows, before the list scrolls
 const MANY = 200; // rows, from which deep ones are folded at first
@@ -16,14 +18,18 @@ const AXIS = 34; // [px]
 
 export function Timeline({ run, state }: ViewProps) {
   const [folded, setFolded] = useState(() => foldedAtFirst(run));
-  const rows = useMemo(() => visibleRows(run.roots, folded), [run, folded]);
+  useCell(run.revision);
+  const rows = useMemo(() => visibleRows(run.rows.roots, folded), [run, folded, run.rows.started.length]);
   const [active, setActive] = useState(() => firstFailed(rows));
   const [top, setTop] = useState(0);
-  const [span, setSpan] = useState<[number, number]>(() => wholeSpan(run));
+  const [zoomedSpan, setSpan] = useState<Span | null>(null); // null for everything, also of a run that grows
+  const span = zoomedSpan ?? wholeSpan(run);
   const [width, setWidth] = useState(600);
   const scroll = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const axis = useRef<HTMLCanvasElement>(null);
+  const cursor = useRef<HTMLDivElement>(null);
+  const pointer = useRef<HTMLDivElement>(null);
   const chosen = useCell(state.record);
   const height = Math.min(Math.max(rows.length, 1), TALLEST) * ROW_HEIGHT;
   const view: Window = { start: span[0], end: span[1], width };
@@ -49,14 +55,23 @@ export function Timeline({ run, state }: ViewProps) {
         }
         drawRow(context, run, row, view, y, colours);
       });
-      const x = toX(view, state.time.value);
-      context.fillStyle = colours.cursor;
-      context.fillRect(x - 1, 0, 2, height);
-      drawAxis(axis.current!, run, view, AXIS, state.time.value, colours);
+      drawAxis(axis.current!, run, view, AXIS, colours);
     };
     draw();
-    const stops = [state.time.subscribe(draw), onThemeChange(draw)];
-    return () => stops.forEach((stop) => stop());
+    return onThemeChange(draw);
+  });
+  useEffect(() => {
+    const place = () => {
+      const x = toX(view, state.time.value);
+      const isVisible = x >= 0 && x <= width;
+      for (const mark of [cursor.current, pointer.current]) {
+        if (mark === null) continue;
+        mark.hidden = !isVisible;
+        if (isVisible) mark.style.transform = `translateX(${x}px)`;
+      }
+    };
+    place();
+    return state.time.subscribe(place);
   });
 
   const bring = (index: number) => {
@@ -109,7 +124,7 @@ export function Timeline({ run, state }: ViewProps) {
       Enter: () => choose(row, state.time.value, false),
       "+": () => zoom(0.5),
       "-": () => zoom(2),
-      "0": () => setSpan(wholeSpan(run)),
+      "0": () => setSpan(null),
       "<": () => pan(-0.25),
       ">": () => pan(0.25),
       ",": () => step(run, state, row, -1),
@@ -133,9 +148,7 @@ export function Timeline({ run, state }: ViewProps) {
       pan(event.deltaX / width);
     }
   };
-  const setTime = (event: PointerEvent) => {
-    state.time.value = Math.max(0, Math.min(run.end, timeOf(event)));
-  };
+  const setTime = (event: PointerEvent) => state.show(Math.max(0, Math.min(run.end, timeOf(event))));
   return (
     <section class="panel timeline" id="timeline" aria-label="Timeline" tabIndex={-1}>
       <div class="head">
@@ -148,7 +161,7 @@ export function Timeline({ run, state }: ViewProps) {
           <button type="button" aria-label="Zoom out" onClick={() => zoom(2)}>
             −
           </button>
-          <button type="button" onClick={() => setSpan(wholeSpan(run))}>
+          <button type="button" onClick={() => setSpan(null)}>
             Fit
           </button>
           <button type="button" onClick={() => setFolded(folded.size > 0 ? new Set() : foldedAll(run))}>
@@ -175,6 +188,7 @@ export function Timeline({ run, state }: ViewProps) {
                 }}
                 onPointerMove={(event) => event.buttons > 0 && setTime(event)}
               />
+              <div ref={pointer} class="pointer" aria-hidden="true" />
             </div>
           </div>
           <div
@@ -221,6 +235,7 @@ export function Timeline({ run, state }: ViewProps) {
                       choose(rows[index], timeOf(event), true);
                     }}
                   />
+                  <div ref={cursor} class="cursor" aria-hidden="true" />
                 </div>
               </div>
             </div>
@@ -236,93 +251,6 @@ export function Timeline({ run, state }: ViewProps) {
   );
 }
 
-interface LabelProps {
-  row: Row;
-  text: string;
-  number: number;
-  y: number;
-  isActive: boolean;
-  isFolded: boolean;
-  onFold: () => void;
-  onChoose: () => void;
-}
-
-const MARKS: [mark: string, status: string, words: string][] = [
-  ["▸", "running", "not ended"],
-  ["✓", "succeeded", "succeeded"],
-  ["✗", "failed", "failed"],
-  ["–", "cancelled", "cancelled"],
-];
-
-function Label({ row, text, number, y, isActive, isFolded, onFold, onChoose }: LabelProps) {
-  const worst = [2, 0, 3, 1].find((status) => row.counts[status as 0 | 1 | 2 | 3] > 0);
-  const [mark, status, words] = worst === undefined ? ["○", "never", "never ran"] : MARKS[worst]!;
-  const siblings = row.parent?.children ?? [];
-  return (
-    <div
-      role="treeitem"
-      id={`row-${number}`}
-      class={isActive ? "label active" : "label"}
-      style={{ top: `${y}px`, paddingLeft: `${4 + 12 * Math.min(row.depth, 14)}px` }}
-      aria-level={row.depth + 1}
-      aria-selected={isActive}
-      {...(siblings.length > 0 ? { "aria-setsize": siblings.length, "aria-posinset": siblings.indexOf(row) + 1 } : {})}
-      {...(row.children.length > 0 ? { "aria-expanded": !isFolded } : {})}
-      title={plain(`${row.name}, ${row.type}: ${row.path} (${row.source})`).slice(0, 2000)}
-      onClick={onChoose}
-    >
-      <span
-        class="fold"
-        aria-hidden="true"
-        onClick={(event) => {
-          event.stopPropagation();
-          onFold();
-        }}
-      >
-        {row.children.length === 0 ? "" : isFolded ? "▸" : "▾"}
-      </span>
-      <span class={`mark ${status}`} aria-hidden="true">
-        {mark}
-      </span>
-      <bdi>{clip(plain(text), 120)}</bdi>
-      <span class="hidden">
-        , {row.type}, {words}
-      </span>
-      {row.runs.length > 1 && <span class="times">{row.runs.length.toLocaleString("en")}×</span>}
-    </div>
-  );
-}
-
-/** What a row is called: the text of waits and emissions, which all have the same name. */
-function labelOf(run: RunModel, row: Row): string {
-  const isNamed = row.type !== "wait" && row.type !== "emit";
-  return isNamed ? row.name : sourceText(run, row.source, row.sourceEnd) || row.name;
-}
-
-function wholeSpan(run: RunModel): [number, number] {
-  const end = run.end > 0 ? run.end : 1;
-  return [-0.01 * end, 1.02 * end];
-}
-
-function zoomed(run: RunModel, [start, end]: [number, number], factor: number, around: number): [number, number] {
-  const [least, most] = wholeSpan(run);
-  const centre = around >= start && around <= end ? around : (start + end) / 2;
-  const size = Math.max((end - start) * factor, (most - least) * 1e-9, 1e-7);
-  const from = centre - ((centre - start) / (end - start)) * size;
-  return size >= most - least ? [least, most] : within(run, [from, from + size]);
-}
-
-function panned(run: RunModel, [start, end]: [number, number], share: number): [number, number] {
-  const shift = share * (end - start);
-  return within(run, [start + shift, end + shift]);
-}
-
-function within(run: RunModel, [start, end]: [number, number]): [number, number] {
-  const [least, most] = wholeSpan(run);
-  const shift = Math.max(least - start, 0) + Math.min(most - end, 0);
-  return [start + shift, end + shift];
-}
-
 function visibleRows(roots: Row[], folded: ReadonlySet<number>): Row[] {
   const found: Row[] = [];
   const waiting = [...roots].reverse();
@@ -335,14 +263,13 @@ function visibleRows(roots: Row[], folded: ReadonlySet<number>): Row[] {
 
 /** Fold deep rows of large trees, but for those with failures. */
 function foldedAtFirst(run: RunModel): Set<number> {
-  if (run.rows.length < MANY) return new Set();
-  return new Set(
-    run.rows.flatMap((row) => (row.children.length > 0 && row.depth >= DEEP && row.counts[2] === 0 ? [row.index] : [])),
-  );
+  if (run.rows.all.length < MANY) return new Set();
+  const isDeep = (row: Row) => row.children.length > 0 && row.depth >= DEEP && row.counts[2] === 0;
+  return new Set(run.rows.all.filter(isDeep).map((row) => row.index));
 }
 
 function foldedAll(run: RunModel): Set<number> {
-  return new Set(run.rows.flatMap((row) => (row.children.length > 0 && row.depth > 0 ? [row.index] : [])));
+  return new Set(run.rows.all.filter((row) => row.children.length > 0 && row.depth > 0).map((row) => row.index));
 }
 
 /** The deepest of the first rows that failed. */

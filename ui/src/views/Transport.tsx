@@ -3,7 +3,7 @@ import { useEffect, useState } from "preact/hooks";
 import type { RunModel } from "../data/model";
 import { type PageState, useCell } from "../state";
 import { seconds } from "../text";
-import type { ViewProps } from "./App";
+import type { ViewProps } from "./RunViews";
 
 const RATES = [0.1, 0.5, 1, 2, 5, 10, 50];
 const STEPS = 10_000; // of the slider
@@ -12,9 +12,11 @@ export function Transport({ run, state }: ViewProps) {
   const time = useCell(state.time);
   const isPlaying = useCell(state.isPlaying);
   const rate = useCell(state.rate);
+  useCell(run.revision);
+  const isFollowing = useCell(state.isFollowing);
   const end = run.end || 1;
   const set = (value: number) => {
-    state.time.value = Math.max(0, Math.min(run.end, value));
+    state.show(Math.max(0, Math.min(run.end, value)));
   };
   return (
     <section class="panel transport" aria-label="Time">
@@ -33,6 +35,11 @@ export function Transport({ run, state }: ViewProps) {
         onInput={(event) => set((Number(event.currentTarget.value) / STEPS) * end)}
       />
       <TimeField time={time} set={set} />
+      {run.isActive && (
+        <button type="button" class="follow" aria-pressed={isFollowing} onClick={() => follow(run, state, !isFollowing)}>
+          {isFollowing ? "● Live" : "○ Go live"}
+        </button>
+      )}
       <label class="rate">
         <span class="name">rate</span>
         <select value={String(rate)} onChange={(event) => (state.rate.value = Number(event.currentTarget.value))}>
@@ -70,8 +77,16 @@ function TimeField({ time, set }: { time: number; set: (value: number) => void }
   );
 }
 
+/** Keep the time at the end of a run that grows, or stop that. */
+export function follow(run: RunModel, state: PageState, isFollowing: boolean): void {
+  state.isPlaying.value = false;
+  if (isFollowing) state.time.value = run.end;
+  state.isFollowing.value = isFollowing;
+}
+
 export function togglePlaying(run: RunModel, state: PageState): void {
   if (!state.isPlaying.value && state.time.value >= run.end) state.time.value = 0;
+  state.isFollowing.value = false;
   state.isPlaying.value = !state.isPlaying.value;
 }
 
@@ -83,7 +98,10 @@ export function startPlaying(run: RunModel, state: PageState): () => void {
     const passed = Math.min((now - last) / 1000, 0.1) * state.rate.value;
     last = now;
     state.time.value = Math.min(run.end, state.time.value + passed);
-    if (state.time.value >= run.end) state.isPlaying.value = false;
+    if (state.time.value >= run.end) {
+      state.isPlaying.value = false;
+      state.isFollowing.value = run.isActive; // playing has caught up
+    }
     if (state.isPlaying.value) frame = requestAnimationFrame(step);
   };
   const stop = state.isPlaying.subscribe((isPlaying) => {

@@ -4,13 +4,14 @@ import type { Json, TraceRecord } from "../data/types";
 import { after } from "../data/unpack";
 import { useCell } from "../state";
 import { clip, digits, plain, seconds, shown } from "../text";
-import type { ViewProps } from "./App";
+import type { ViewProps } from "./RunViews";
 import { Place } from "./Place";
 
 const MOST = 500; // rows of a table
 
 export function Values({ run, state }: ViewProps) {
   const time = useCell(state.time);
+  useCell(run.revision);
   const parameters = Object.entries(run.meta.start?.parameters ?? {});
   const variables = run.series.filter((series) => series.kind === "variable");
   const { margins, measurements } = run.meta;

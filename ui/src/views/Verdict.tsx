@@ -1,10 +1,11 @@
 // The verdict and its reason, first of all.
 import { useState } from "preact/hooks";
-import { lineOf } from "../data/model";
+import { lineOf } from "../data/rows";
 import { sourceLine } from "../data/sentences";
 import type { Activity, Emitter, Value } from "../data/types";
+import { useCell } from "../state";
 import { clip, duration, plain, plural, seconds, shown, whole } from "../text";
-import type { ViewProps } from "./App";
+import type { ViewProps } from "./RunViews";
 import { Place } from "./Place";
 
 const WORDS: Record<string, [word: string, icon: string]> = {
@@ -16,12 +17,13 @@ const WORDS: Record<string, [word: string, icon: string]> = {
 const VERBS: Record<string, string> = { waits: "waiting", runs: "running", holds: "held" };
 
 export function Verdict({ run, state }: ViewProps) {
+  useCell(run.revision);
   const { start, end, scene, notes } = run.meta;
   const status = end?.status ?? "unended";
-  const [word, icon] = WORDS[status] ?? ["Not ended", "…"];
+  const [word, icon] = WORDS[status] ?? (run.isActive ? ["Running", "▶"] : ["Not ended", "…"]);
   const robots = (scene?.entities ?? []).filter((entity) => entity.kind === "robot");
   return (
-    <header class={`verdict ${status}`}>
+    <div class={`verdict ${status}`}>
       <div class="headline">
         <span class="badge">
           <span aria-hidden="true">{icon}</span> {word}
@@ -65,7 +67,7 @@ export function Verdict({ run, state }: ViewProps) {
           ))}
         </ul>
       )}
-    </header>
+    </div>
   );
 }
 

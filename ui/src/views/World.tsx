@@ -6,18 +6,22 @@ import { onThemeChange, prepare, theme } from "../draw/theme";
 import { drawEntity, drawStill, drawWay, extentOf, fit, mapPicture, screen, type View } from "../draw/world";
 import { useCell } from "../state";
 import { clip, plain, plural } from "../text";
-import type { ViewProps } from "./App";
+import type { ViewProps } from "./RunViews";
 
 const MOST_LISTED = 40;
+const TRAILS = 4_000; // latest samples of all ways, drawn strongly
 
 export function World({ run, state }: ViewProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
+  const still = useRef<HTMLCanvasElement>(null);
+  const drawn = useRef<number[]>([]); // samples of each track in the lower picture
   const [size, setSize] = useState<[number, number]>([0, 0]);
   const [view, setView] = useState<View | null>(null);
   const [map, setMap] = useState<HTMLCanvasElement | null>(null);
   const [themeCount, setThemeCount] = useState(0);
-  const extent = useMemo(() => extentOf(run), [run]);
-  const still = useMemo(() => document.createElement("canvas"), []);
+  const revision = useCell(run.revision);
+  const { scene } = run.meta;
+  const extent = useMemo(() => extentOf(run), [run, scene, scene?.extent ? 0 : revision]);
 
   useLayoutEffect(() => {
     const box = canvas.current!.parentElement!;
@@ -27,8 +31,8 @@ export function World({ run, state }: ViewProps) {
   }, []);
   useEffect(() => onThemeChange(() => setThemeCount((count) => count + 1)), []);
   useEffect(() => {
-    if (run.meta.scene?.map) void mapPicture(run.meta.scene.map, theme()).then(setMap);
-  }, [run, themeCount]);
+    if (scene?.map) void mapPicture(scene.map, theme()).then(setMap);
+  }, [scene, themeCount]);
   const shown = useMemo(
     () => (view === null ? fit(size[0], size[1], extent) : { ...view, width: size[0], height: size[1] }),
     [view, size, extent],
@@ -36,20 +40,27 @@ export function World({ run, state }: ViewProps) {
   useEffect(() => {
     if (size[0] === 0) return;
     const colours = theme();
-    const context = prepare(still, size[0], size[1]);
+    const context = prepare(still.current!, size[0], size[1]);
     context.font = colours.font;
     drawStill(context, run, shown, map, colours);
+    drawn.current = [];
+  }, [run, scene, shown, map, themeCount]);
+  useEffect(() => {
+    if (size[0] === 0) return;
+    const context = still.current!.getContext("2d")!;
+    const colours = theme();
     run.tracks.tracks.forEach((track, index) => {
       context.globalAlpha = 0.35;
       context.lineWidth = 1.5;
       context.strokeStyle = colours.entities[index % colours.entities.length]!;
-      drawWay(context, shown, track, 0, track.times.length);
+      drawWay(context, shown, track, Math.max((drawn.current[index] ?? 0) - 1, 0), track.times.length);
       context.globalAlpha = 1;
+      drawn.current[index] = track.times.length;
     });
-    const draw = () => drawMoving(canvas.current!, still, run, shown, state.time.value);
+    const draw = () => drawMoving(canvas.current!, run, shown, state.time.value);
     draw();
     return state.time.subscribe(draw);
-  }, [run, state, shown, map, themeCount]);
+  }, [run, scene, state, shown, map, themeCount, revision]);
 
   const zoom = (factor: number) => setView({ ...shown, scale: shown.scale * factor });
   const shift = (x: number, y: number) =>
@@ -87,6 +98,7 @@ export function World({ run, state }: ViewProps) {
         </div>
       </div>
       <div class="picture">
+        <canvas ref={still} aria-hidden="true" />
         <canvas
           ref={canvas}
           tabIndex={0}
@@ -107,19 +119,20 @@ export function World({ run, state }: ViewProps) {
   );
 }
 
-function drawMoving(canvas: HTMLCanvasElement, still: HTMLCanvasElement, run: RunModel, view: View, time: number): void {
+function drawMoving(canvas: HTMLCanvasElement, run: RunModel, view: View, time: number): void {
   const colours = theme();
   const context = prepare(canvas, view.width, view.height);
-  context.drawImage(still, 0, 0, view.width, view.height);
   context.font = colours.font;
   context.textBaseline = "middle";
+  const trail = Math.max(Math.floor(TRAILS / Math.max(run.tracks.tracks.length, 1)), 20);
   run.tracks.tracks.forEach((track, index) => {
     const pose = track.at(time);
     if (pose === null) return;
     const colour = colours.entities[index % colours.entities.length]!;
     context.strokeStyle = colour;
     context.lineWidth = 3;
-    drawWay(context, view, track, 0, after(track.times, time));
+    const until = after(track.times, time);
+    drawWay(context, view, track, Math.max(until - trail, 0), until);
     context.lineWidth = 2;
     context.setLineDash([6, 5]);
     context.beginPath();

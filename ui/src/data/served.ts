@@ -1,0 +1,44 @@
+// A run of a server: frames by a WebSocket, blocks of records by requests.
+import { bytes } from "../net/api";
+import { LiveSocket } from "../net/socket";
+import { Cell } from "../state";
+import { type BlockSource, decodeFrame } from "./frames";
+import { RunModel } from "./model";
+import { inflate } from "./unpack";
+
+/** A run that is followed while its page is open. */
+export class ServedRun {
+  /** The run; null until its first frame. A new one replaces it if the connection was lost. */
+  readonly model = new Cell<RunModel | null>(null);
+  /** Number of records that the live views left out. */
+  readonly skipped = new Cell(0);
+  readonly socket: LiveSocket;
+
+  constructor(readonly id: string) {
+    const path = `/api/run/${encodeURIComponent(id)}`;
+    const source = blocksOf(path);
+    this.socket = new LiveSocket(path, (data) => {
+      if (typeof data === "string") return;
+      const frame = decodeFrame(data);
+      if (this.model.value === null || frame.meta.first) this.model.value = new RunModel(frame, source, true);
+      else this.model.value.append(frame);
+      this.skipped.value += frame.meta.skipped ?? 0;
+    });
+  }
+
+  close(): void {
+    this.socket.close();
+  }
+}
+
+function blocksOf(path: string): BlockSource {
+  return {
+    block: async (number) => {
+      for (let pause = 500; ; pause = Math.min(2 * pause, 5_000)) {
+        const found = await bytes(`${path}/block/${number}`).catch(() => null);
+        if (found !== null) return new TextDecoder().decode(await inflate(found));
+        await new Promise((resume) => setTimeout(resume, pause)); // the connection is lost, or the run was deleted
+      }
+    },
+  };
+}

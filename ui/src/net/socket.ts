@@ -1,0 +1,91 @@
+// WebSockets that are opened again when the connection is lost.
+import { Cell } from "../state";
+
+const FIRST_PAUSE = 250; // [ms] before the connection is opened again
+const LONGEST_PAUSE = 4_000; // [ms]
+
+export type SocketState = "connecting" | "open" | "lost" | "refused";
+
+/** Error that the server sent instead of data. */
+export interface Refusal {
+  error: string;
+  help?: string;
+}
+
+/** A connection that lasts as long as its page. */
+export class LiveSocket {
+  readonly state = new Cell<SocketState>("connecting");
+  /** Why the server refused; it is not asked again. */
+  readonly refusal = new Cell<Refusal | null>(null);
+  private socket: WebSocket | null = null;
+  private pause = FIRST_PAUSE;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private isClosed = false;
+
+  /**
+   * @param path Path on the server.
+   * @param onMessage Called with each message: a text or bytes.
+   * @param onOpen Called for each new connection.
+   */
+  constructor(
+    private readonly path: string,
+    private readonly onMessage: (data: string | ArrayBuffer) => void,
+    private readonly onOpen: () => void = () => undefined,
+  ) {
+    addEventListener("online", this.openNow);
+    this.open();
+  }
+
+  send(data: string): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(data);
+  }
+
+  close(): void {
+    this.isClosed = true;
+    removeEventListener("online", this.openNow);
+    clearTimeout(this.timer);
+    this.socket?.close();
+  }
+
+  private readonly openNow = () => {
+    if (this.state.value !== "lost") return;
+    clearTimeout(this.timer);
+    this.open();
+  };
+
+  private open(): void {
+    const address = new URL(this.path, location.href);
+    address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(address);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    socket.onopen = () => {
+      this.pause = FIRST_PAUSE;
+      this.state.value = "open";
+      this.onOpen();
+    };
+    socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
+      const refusal = typeof data === "string" ? refusalIn(data) : null;
+      if (refusal === null) this.onMessage(data);
+      else this.refuse(refusal);
+    };
+    socket.onclose = () => {
+      if (this.isClosed || this.socket !== socket || this.state.value === "refused") return;
+      this.state.value = "lost";
+      this.timer = setTimeout(() => this.open(), this.pause * (0.8 + 0.4 * Math.random()));
+      this.pause = Math.min(2 * this.pause, LONGEST_PAUSE);
+    };
+  }
+
+  private refuse(refusal: Refusal): void {
+    this.refusal.value = refusal;
+    this.state.value = "refused";
+    this.socket?.close();
+  }
+}
+
+function refusalIn(text: string): Refusal | null {
+  if (!text.startsWith('{"error"')) return null;
+  const found = JSON.parse(text) as Refusal;
+  return typeof found.error === "string" ? found : null;
+}

@@ -1,0 +1,142 @@
+// One run: the views of its report, live.
+import { useEffect, useMemo, useState } from "preact/hooks";
+import { Confirm, Problem } from "../app/Confirm";
+import { useTitle } from "../app/hooks";
+import { Link } from "../app/router";
+import { StatusBadge } from "../app/Status";
+import type { Shared } from "../app/stores";
+import type { Run as RunData } from "../app/types";
+import { wordOf } from "../app/words";
+import type { RunModel } from "../data/model";
+import { ServedRun } from "../data/served";
+import { post } from "../net/api";
+import { PageState, useCell } from "../state";
+import { clip, plain, whole } from "../text";
+import { RunViews } from "../views/RunViews";
+import { Verdict } from "../views/Verdict";
+import { Cameras } from "./Cameras";
+import { Files } from "./Files";
+
+export function Run({ id, shared }: { id: string; shared: Shared }) {
+  const served = useMemo(() => new ServedRun(id), [id]);
+  useEffect(() => () => served.close(), [served]);
+  useCell(shared.runs.runs); // the entry of the run may change
+  const entry = shared.runs.get(id);
+  const run = useCell(served.model);
+  const socket = useCell(served.socket.state);
+  const refusal = useCell(served.socket.refusal);
+  const name = run?.meta.start?.scenario ?? entry?.scenario ?? "Run";
+  useTitle(`${entry ? `${wordOf(entry.status)}: ` : ""}${clip(plain(name), 200)}`);
+  return (
+    <>
+      <RunBar id={id} entry={entry} />
+      {refusal !== null && <Problem error={new Error([refusal.error, refusal.help].filter(Boolean).join(": "))} />}
+      {socket === "lost" && run !== null && (
+        <p class="notes" role="status">
+          The connection is lost: the picture stands still until it is opened again.
+        </p>
+      )}
+      {run === null || run.meta.count === 0 ? (
+        <Before entry={entry} isRefused={refusal !== null} />
+      ) : (
+        <Following key={id} run={run} served={served} />
+      )}
+    </>
+  );
+}
+
+function RunBar({ id, entry }: { id: string; entry: RunData | undefined }) {
+  const [isStopping, setIsStopping] = useState(false);
+  const path = `/api/run/${encodeURIComponent(id)}`;
+  const isActive = entry?.status === "running" || entry?.status === "waiting";
+  return (
+    <div class="run-bar">
+      <nav aria-label="Path" class="crumbs">
+        <Link href="/runs">Runs</Link>
+        {entry && (
+          <>
+            {" › "}
+            <bdi>{clip(plain(entry.place), 60)}</bdi>
+          </>
+        )}
+      </nav>
+      <div class="actions">
+        {isActive && entry.mayStop && (
+          <button type="button" class="danger" onClick={() => setIsStopping(true)}>
+            ■ Stop…
+          </button>
+        )}
+        <a class="button" href={`${path}/report`} download>
+          Download report
+        </a>
+        <Link class="button" href={`/compare?a=${encodeURIComponent(id)}`}>
+          Compare…
+        </Link>
+      </div>
+      {isStopping && (
+        <Confirm
+          title="Stop this run?"
+          action="Stop the run"
+          ask="Reason"
+          isOptional
+          isDangerous
+          onConfirm={async (reason) => {
+            await post(`${path}/stop`, reason === "" ? {} : { reason });
+          }}
+          onClose={() => setIsStopping(false)}
+        >
+          <p>It ends as cancelled, with its robots stopped. What it has recorded stays.</p>
+        </Confirm>
+      )}
+    </div>
+  );
+}
+
+/** A run without records yet. */
+function Before({ entry, isRefused }: { entry: RunData | undefined; isRefused: boolean }) {
+  if (isRefused) return null;
+  return (
+    <section class="panel">
+      <h1>
+        <bdi>{clip(plain(entry?.scenario || "Run"), 200)}</bdi>
+      </h1>
+      {entry && <StatusBadge status={entry.status} />}
+      <p class="empty" role="status">
+        {entry?.status === "waiting"
+          ? `${entry.position !== null ? `Place ${entry.position} in the queue. ` : ""}${entry.waits ? `Waits for ${clip(plain(entry.waits), 200)}.` : ""}`
+          : "Reading the run…"}
+      </p>
+      {entry?.reason && <p class="reason">{plain(entry.reason)}</p>}
+    </section>
+  );
+}
+
+function Following({ run, served }: { run: RunModel; served: ServedRun }) {
+  const state = useMemo(() => stateOf(run), []);
+  const revision = useCell(run.revision);
+  const skipped = useCell(served.skipped);
+  useEffect(() => {
+    if (state.isFollowing.value) state.time.value = run.end;
+    if (!run.isActive) state.isFollowing.value = false;
+  }, [run, revision]);
+  return (
+    <>
+      <Verdict run={run} state={state} />
+      {skipped > 0 && (
+        <p class="notes" role="status">
+          {whole(skipped)} records were left out of this picture, since the page was too slow. The stored trace has them all.
+        </p>
+      )}
+      <RunViews run={run} state={state} />
+      <Cameras id={served.id} isActive={run.isActive} />
+      <Files id={served.id} isActive={run.isActive} />
+    </>
+  );
+}
+
+function stateOf(run: RunModel): PageState {
+  const state = new PageState(run.isActive ? run.end : (run.meta.end?.explanation?.t ?? run.end), run.isActive);
+  if (run.meta.end?.source) state.place.value = run.meta.end.source;
+  if (!run.meta.sources.some((source) => source.text)) state.tab.value = "Log";
+  return state;
+}
