@@ -34,6 +34,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "dap": "run a debug adapter for editors (breakpoints, steps, variables)",
     "lsp": "run the language server for editors (diagnostics, completion, hover, definitions)",
     "serve": "run an executor: accept scenarios over the network and run them",
+    "ui": "show and start runs in a browser: live and past, of this machine and of executors",
     "check-node": "check whether a simulator node keeps the rules of the protocol",
     "doctor": "check the installation and the network, and suggest fixes",
     "ps": "list the runs of executors",

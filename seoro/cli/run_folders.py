@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from collections.abc import Iterator
@@ -13,8 +12,8 @@ from typing import Final
 from seoro.campaign.store.folder import CAMPAIGN, KEPT
 from seoro.files.inputs import Kind, open_input, read_input
 from seoro.runtime.execution.outputs import INDEX, TRACE
+from seoro.traces.edges import read_end
 
-_TAIL: Final = 1 << 20  # [bytes] at the end of a trace that have its `run.end`
 _DIGITS: Final = 6  # of the folder of a kept run of a campaign, at least
 
 
@@ -89,14 +88,8 @@ def _results(folder: Path) -> tuple[str, ...]:
 def _status(trace: Path) -> str:
     """Return the status in the last record of a trace; empty without an end."""
     with open_input(trace, Kind.TRACE) as file:
-        file.seek(max(0, trace.stat().st_size - _TAIL))
-        last = file.read().rstrip().rpartition(b"\n")[2]
-    try:
-        record = json.loads(last)
-    except ValueError:
-        return ""
-    is_end = isinstance(record, dict) and record.get("kind") == "run.end"
-    return str(record.get("status", "")) if is_end else ""
+        end = read_end(file)
+    return "" if end is None else str(end.get("status", ""))
 
 
 def size_of(path: Path) -> int:

@@ -27,6 +27,7 @@ OWN = {
     "seoro/campaign/store/lines.py": "rows that it writes",
     "seoro/campaign/work/running.py": "/proc",
     "sim_nodes/models/decomposition.py": "arrays between its own processes",
+    "seoro/ui/application.py": "pages that come with seoro",
     "seoro/cli/follower.py": "files that it has just fetched",
     "seoro/cli/output_folder.py": "its own index",
     "seoro/cli/fmt_command.py": "writes a new file",

@@ -1,0 +1,65 @@
+"""`seoro ui`: serve pages that show and start runs."""
+
+from __future__ import annotations
+
+import argparse
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import anyio
+
+from seoro.cli.arguments import add_keys_argument, add_option, number
+from seoro.cli.exit_status import Exit
+from seoro.cli.packages import require
+from seoro.cli.serving import wait_for_signal
+from seoro.text.printable import log_to_stderr
+
+if TYPE_CHECKING:
+    from seoro.ui.server import SiteOptions
+
+EXAMPLES = """examples:
+  seoro ui
+  seoro ui results/ scenarios/ --port 8000
+
+Open the printed URL in a browser: it has the access token. Ctrl-C ends the server."""
+_port = number("a port from 0 to 65535", int, lambda port: 0 <= port <= 65_535)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "folders",
+        metavar="FOLDER",
+        nargs="*",
+        type=Path,
+        help="folder with runs, scenarios and campaigns (default: the current folder)",
+    )
+    add_option(
+        parser,
+        "--connect ENDPOINT",
+        "Zenoh endpoint of executors or of their router (default: SEORO_EXECUTOR, else tcp/127.0.0.1:7470)",
+    )
+    add_option(
+        parser, "--port N", "port of the server, 0 for a free one (default: 7480)", type=_port, default=7480
+    )
+    add_keys_argument(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command."""
+    require("`seoro ui`", "ui", "starlette", "uvicorn", "websockets")
+    from seoro.ui.server import SiteOptions  # noqa: PLC0415 - for this command only
+
+    settings = SiteOptions(tuple(options.folders) or (Path(),), options.connect, options.keys, options.port)
+    log_to_stderr("%(message)s")
+    return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
+
+
+async def _serve(settings: SiteOptions) -> int:
+    from seoro.ui.server import open_site  # noqa: PLC0415 - as above
+
+    async with open_site(settings) as served:
+        print(f"{served.access.url}\nOpen this URL in a browser. Ctrl-C ends the server.", flush=True)
+        await wait_for_signal()
+    return Exit.PASSED

@@ -1,0 +1,113 @@
+"""Executors at one endpoint, with their runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import anyio
+
+from seoro.bridges.executor.messages import State
+from seoro.client import Client
+from seoro.client.runs import RemoteRun
+from seoro.errors import BackendError, UsageError
+from seoro.ui.registry import Known, Run, RunRegistry, Status, remote_id
+
+PERIOD: Final = 0.5  # [s] between requests for the list of runs
+RETRY: Final = 3.0  # [s] between attempts to connect
+PATIENCE: Final = 3.0  # [s] for answers
+MOST_RUNS: Final = 1000  # of an executor, the latest ones
+NO_EXECUTOR: Final = "no executor answers"
+_STATUSES: Final = {
+    State.QUEUED: Status.WAITING,
+    State.RUNNING: Status.RUNNING,
+    State.PASSED: Status.PASSED,
+    State.FAILED: Status.FAILED,
+    State.ERROR: Status.ERROR,
+    State.CANCELLED: Status.CANCELLED,
+    State.LOST: Status.KILLED,
+    State.INVALID: Status.ERROR,
+}
+
+
+class Executors:
+    """Executors at an endpoint, while the site lasts.
+
+    Args:
+        endpoint: Their endpoint; None for the default one.
+        keys: Folder of keys; None for that of the environment or of the user.
+        shown: Names of executors for people, where they differ.
+
+    Attributes:
+        client: The client; None while nothing answers at the endpoint.
+        names: Names of the reachable executors.
+        problem: Reason for missing executors; empty otherwise, and before the first attempt.
+        tried: Set after the first attempt.
+    """
+
+    def __init__(self, endpoint: str | None, keys: Path | None, shown: Mapping[str, str]) -> None:
+        self.endpoint = endpoint
+        self.client: Client | None = None
+        self.names: tuple[str, ...] = ()
+        self.problem = ""
+        self.tried = anyio.Event()
+        self._keys = keys
+        self._shown = shown
+
+    def shown(self, name: str) -> str:
+        """Return the name of an executor for people."""
+        return self._shown.get(name, name)
+
+    async def watch(self, registry: RunRegistry) -> None:
+        """Stay connected, and keep the runs of a registry up to date, without end."""
+        while True:
+            try:
+                async with Client(self.endpoint, self._keys, PATIENCE) as client:
+                    self.client = client
+                    while True:
+                        await self._update(client, registry)
+                        self.tried.set()
+                        await anyio.sleep(PERIOD)
+            except (UsageError, BackendError) as error:
+                self.problem = error.message if isinstance(error, UsageError) else str(error)
+            finally:
+                self.client, self.names = None, ()
+            self.tried.set()
+            await anyio.sleep(RETRY)
+
+    async def _update(self, client: Client, registry: RunRegistry) -> None:
+        self.names = tuple(await client.executors())
+        self.problem = "" if self.names else f"{NO_EXECUTOR} at {client.endpoint}"
+        for name in self.names:
+            runs = await client.runs(name, MOST_RUNS)
+            place = self.shown(name)
+            known = {each.run.id for each in registry.all() if each.run.place == place}
+            found = [Known(describe(run, place), run) for run in runs]
+            registry.update(found, known - {each.run.id for each in found})
+
+
+def describe(run: RemoteRun, place: str) -> Run:
+    """Describe a run of an executor.
+
+    Args:
+        run: The run.
+        place: Name of its executor for people.
+    """
+    info = run.info
+    return Run(
+        id=remote_id(run.id),
+        place=place,
+        kind="executor",
+        scenario="",
+        file=info.file,
+        status=_STATUSES[info.state],
+        reason=info.reason,
+        submitted=info.submitted,
+        started=info.started,
+        ended=info.ended,
+        by=info.by,
+        waits=info.waits,
+        position=info.place,
+        may_stop=not info.state.is_final,
+    )

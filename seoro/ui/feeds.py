@@ -1,0 +1,165 @@
+"""Reading of traces, once for all viewers of a run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import AsyncGenerator, AsyncIterator
+from contextlib import aclosing, asynccontextmanager, closing
+from typing import Final
+
+import anyio
+import anyio.to_thread
+from anyio.abc import TaskGroup
+
+from seoro.client.runs import RemoteRun
+from seoro.errors import BackendError
+from seoro.report.following import TraceFile
+from seoro.report.live import Cursor, LiveRun
+from seoro.ui.answers import RequestError
+from seoro.ui.registry import LocalSource, RunRegistry
+
+_PERIOD: Final = 0.1  # [s] between frames for a viewer
+_GROWING: Final = 0.05  # [s] between looks at the trace of an active run
+_ENDED: Final = 1.0  # [s] the same for a finished one, which another run may replace
+_KEPT: Final = 60.0  # [s] without viewers
+_MOST_KEPT: Final = 8  # feeds without viewers
+
+
+class Feed:
+    """Reads the trace of a run for its viewers.
+
+    Args:
+        run: Id of the run.
+        registry: Known runs.
+
+    Attributes:
+        problem: Reason why the trace cannot be read on; empty if it can.
+        viewers: Number of viewers.
+        left: Time at which the last viewer left, by the monotonic clock [s].
+        scope: Scope of `read`.
+    """
+
+    def __init__(self, run: str, registry: RunRegistry) -> None:
+        self.problem = ""
+        self.viewers = 0
+        self.left = time.monotonic()
+        self.scope = anyio.CancelScope()
+        self._id = run
+        self._registry = registry
+        self._run = LiveRun()
+        self._has_data = False
+        self._changed = anyio.Event()
+
+    async def read(self) -> None:
+        """Read the trace to its end; in a folder also those of the runs that replace it."""
+        with self.scope:
+            try:
+                source = self._registry.get(self._id).source
+                if isinstance(source, LocalSource):
+                    await self._read_file(source)
+                else:
+                    await self._read_remote(RemoteRun(source.executor, source.info))
+            except (OSError, BackendError, RequestError) as error:  # unreadable, or deleted
+                self.problem = str(error)
+                self._notify()
+
+    async def _read_file(self, source: LocalSource) -> None:
+        with closing(TraceFile(source.trace, self._run)) as file:
+            while True:
+                is_ended = self._registry.get(self._id).run.status.is_final  # before the last read
+                while await anyio.to_thread.run_sync(file.poll):
+                    self._notify()
+                if is_ended and not self._run.is_finished:
+                    await anyio.to_thread.run_sync(self._run.finish, source.folder)
+                    self._notify()
+                await anyio.sleep(_ENDED if is_ended else _GROWING)
+
+    async def _read_remote(self, run: RemoteRun) -> None:
+        async with aclosing(run.lines()) as parts:
+            async for _, lines in parts:
+                if lines:
+                    await anyio.to_thread.run_sync(self._run.feed, lines)
+                    self._notify()
+        await anyio.to_thread.run_sync(self._run.finish)
+        self._notify()
+
+    def _notify(self) -> None:
+        self._has_data = True
+        self._changed.set()
+        self._changed = anyio.Event()
+
+    async def frames(self) -> AsyncGenerator[bytes, None]:
+        """Yield all data, then new data, until an error of the trace."""
+        cursor: Cursor | None = None
+        while not self.problem:
+            changed = self._changed
+            if self._has_data and not self._run.is_current(cursor):
+                frame, cursor = await anyio.to_thread.run_sync(self._run.frame, cursor)
+                yield frame
+            await changed.wait()
+            await anyio.sleep(_PERIOD)
+
+    async def block(self, number: int) -> bytes:
+        """Return the compressed lines of a block, once it is read.
+
+        Raises:
+            RequestError: The block does not exist.
+        """
+        while True:
+            changed, is_read = self._changed, self._run.is_finished or bool(self.problem)
+            try:
+                return await anyio.to_thread.run_sync(self._run.block, number)
+            except IndexError:
+                if is_read:
+                    raise RequestError(404, "unknown block of records") from None
+            await changed.wait()
+
+
+class Feeds:
+    """Feeds of all viewed runs.
+
+    Args:
+        registry: Known runs.
+        tasks: Task group for the feeds.
+    """
+
+    def __init__(self, registry: RunRegistry, tasks: TaskGroup) -> None:
+        self._registry = registry
+        self._tasks = tasks
+        self._feeds: dict[str, Feed] = {}
+
+    @asynccontextmanager
+    async def viewing(self, run: str) -> AsyncIterator[Feed]:
+        """View a run while the block lasts.
+
+        Raises:
+            RequestError: The run is unknown.
+        """
+        self._registry.get(run)
+        feed = self._feeds.get(run)
+        if feed is None:
+            feed = self._feeds[run] = Feed(run, self._registry)
+            self._tasks.start_soon(feed.read)
+        feed.viewers += 1
+        try:
+            yield feed
+        finally:
+            feed.viewers -= 1
+            feed.left = time.monotonic()
+            if feed.problem and not feed.viewers:
+                self._forget(run)  # the next viewer tries again
+
+    async def forget_unused(self) -> None:
+        """End feeds some time after their last viewer, in an endless loop."""
+        while True:
+            unused = sorted((feed.left, run) for run, feed in self._feeds.items() if not feed.viewers)
+            now = time.monotonic()
+            for index, (left, run) in enumerate(reversed(unused)):
+                if index >= _MOST_KEPT or now - left > _KEPT:
+                    self._forget(run)
+            await anyio.sleep(1.0)
+
+    def _forget(self, run: str) -> None:
+        feed = self._feeds.pop(run, None)
+        if feed is not None:
+            feed.scope.cancel()

@@ -1,0 +1,50 @@
+"""State that all areas of the pages share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from anyio.abc import TaskGroup
+
+from seoro.client import Client
+from seoro.ui.feeds import Feeds
+from seoro.ui.places import Places
+from seoro.ui.registry import RunRegistry
+
+
+@dataclass(frozen=True)
+class Site:
+    """State that all areas of the pages share.
+
+    Args:
+        folders: Folders with runs, scenarios and campaigns; absolute.
+        keys: Folder of keys; None for that of the environment or of the user.
+        places: Executors.
+        runs: Known runs, by id.
+        feeds: Traces of viewed runs.
+        tasks: Task group that lasts as long as the site.
+        is_demo: Whether the site shows its own examples.
+    """
+
+    folders: tuple[Path, ...]
+    keys: Path | None
+    places: Places
+    runs: RunRegistry
+    feeds: Feeds
+    tasks: TaskGroup
+    is_demo: bool = False
+
+    def client(self) -> Client:
+        """Return an open client of the executors.
+
+        Raises:
+            BackendUnreachable: No executor was reached yet; the message has the reason.
+        """
+        return self.places.client()
+
+    def start_soon(self, function: Callable[..., Coroutine[Any, Any, Any]], *arguments: Any) -> None:
+        """Start a background task, which is cancelled at the end of the site."""
+        self.tasks.start_soon(function, *arguments)
