@@ -7,26 +7,19 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 
 from seoro.dap.launch import Launch
+from tests.node_js import copy_source, needs_node, npm
 
 ROOT = Path(__file__).parents[2]
 EXTENSION = ROOT / "editors/vscode"
-NODE = 20  # major version whose test runner the tests need
 
 
-def _has_node() -> bool:
-    node = shutil.which("node")
-    if node is None:
-        return False
-    version = subprocess.run([node, "--version"], capture_output=True, text=True, check=True).stdout
-    return int(version.removeprefix("v").partition(".")[0]) >= NODE
-
-
-@pytest.mark.skipif(not _has_node(), reason=f"needs Node.js {NODE}")
+@needs_node
 def test_the_tests_of_the_extension_pass() -> None:
     environment = {**os.environ, "SEORO": str(Path(sys.executable).with_name("seoro"))}
     command = ["node", "--test", "test/extension.test.cjs"]
@@ -35,6 +28,22 @@ def test_the_tests_of_the_extension_pass() -> None:
     )
     assert done.returncode == 0, done.stdout
     assert "# skipped 0" in done.stdout
+
+
+@needs_node
+@pytest.mark.more
+def test_the_extension_is_packaged(tmp_path: Path) -> None:
+    shutil.copy(ROOT / "LICENSE", tmp_path)
+    copy = copy_source(EXTENSION, tmp_path / "editors/vscode")
+    npm(copy, "install", "--no-package-lock")
+    npm(copy, "run", "package")
+    with zipfile.ZipFile(copy / "dist/seoro-osc.vsix") as package:
+        names = set(package.namelist())
+        script = package.read("extension/dist/extension.js").decode()
+    expected = ("package.json", "dist/extension.js", "syntaxes/osc.tmLanguage.json", "LICENSE.txt")
+    assert names >= {f"extension/{name}" for name in expected}
+    assert not any("test" in name or "node_modules" in name for name in names)
+    assert "seoro.stepToInstant" in script
 
 
 def test_each_command_of_the_extension_is_registered() -> None:
