@@ -24,7 +24,7 @@ needs_node = pytest.mark.skipif(not has_node(), reason=f"needs Node.js {NODE}")
 
 
 def copy_source(folder: Path, target: Path) -> Path:
-    """Copy a package without what was installed and built; returns the copy."""
+    """Copy a package without installed and built files; returns the copy."""
     return Path(shutil.copytree(folder, target, ignore=shutil.ignore_patterns("node_modules", "dist")))
 
 

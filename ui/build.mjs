@@ -1,4 +1,5 @@
 // Builds the pages: those of reports into seoro/report/static/, those of `seoro ui` into seoro/ui/static/ (`make ui`).
+// The world in three dimensions is a file of its own, which both load on demand.
 // `source.txt` is a hash of this folder, by which tests see without Node.js that the built files match the source.
 import { createHash } from "node:crypto";
 import { mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
@@ -8,7 +9,11 @@ import { build } from "esbuild";
 
 const here = fileURLToPath(new URL(".", import.meta.url));
 const target = process.argv[2] ?? join(here, "../seoro");
-const PAGES = { report: "src/report.tsx", ui: "src/ui.tsx" };
+const PAGES = {
+  report: { report: "src/report.tsx", world3d: "src/space/world3d.ts" },
+  ui: { ui: "src/ui.tsx" },
+};
+const LIBRARIES = { report: ["preact", "three"], ui: ["preact"] };
 
 function filesIn(folder) {
   return readdirSync(folder, { withFileTypes: true }).flatMap((entry) => {
@@ -31,12 +36,12 @@ function licence(name) {
   return `${name} ${version}\n\n${readFileSync(join(folder, "LICENSE"), "utf8").trim()}\n`;
 }
 
-for (const [name, source] of Object.entries(PAGES)) {
+for (const [name, entryPoints] of Object.entries(PAGES)) {
   const folder = join(target, name, "static");
   mkdirSync(folder, { recursive: true });
   await build({
     absWorkingDir: here,
-    entryPoints: { [name]: source },
+    entryPoints,
     outdir: folder,
     bundle: true,
     minify: true,
@@ -48,6 +53,6 @@ for (const [name, source] of Object.entries(PAGES)) {
     jsxImportSource: "preact",
     logLevel: "warning",
   });
-  writeFileSync(join(folder, "LICENSES.txt"), licence("preact"));
+  writeFileSync(join(folder, "LICENSES.txt"), LIBRARIES[name].map(licence).join("\n----\n\n"));
   writeFileSync(join(folder, "source.txt"), `${hashOfSource()}\n`);
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import IO, Final
@@ -23,13 +23,14 @@ class NoRecords(ValueError):
     """The file has no records of a run."""
 
 
-def write_report(trace: IO[bytes], folder: Path | None, output: IO[str]) -> Reading:
+def write_report(trace: IO[bytes], folder: Path | None, output: IO[str], *, space: bool = False) -> Reading:
     """Write the report of a run.
 
     Args:
         trace: Trace, as JSON Lines.
         folder: Folder with other results of the run; None for none.
         output: File for the report.
+        space: Whether the page can show the world in three dimensions; this adds 0.6 MB.
 
     Returns:
         Data of the trace.
@@ -42,17 +43,18 @@ def write_report(trace: IO[bytes], folder: Path | None, output: IO[str]) -> Read
     reading.read(trace)
     if not reading.count:
         raise NoRecords(reading.problems[0] if reading.problems else "no records")
-    for part in page(reading, folder):
+    for part in page(reading, folder, space=space):
         output.write(part)
     return reading
 
 
-def page(reading: Reading, folder: Path | None) -> Iterator[str]:
+def page(reading: Reading, folder: Path | None, *, space: bool = False) -> Iterator[str]:
     """Yield the parts of the page."""
     frame = Frame(reading, results_of(folder, reading))
     script, style = _static("report.js"), _static("report.css")
     title = f"{verdict_word(reading)}: {(reading.start or {}).get('scenario', 'run')}"
-    yield from _head(title, script, style)
+    scripts = (script, _static("world3d.js")) if space else (script,)
+    yield from _head(title, scripts, style)
     yield '<body><div id="app"><main class="fallback">'
     yield from content(reading, command_of(reading))
     yield "</main></div>"
@@ -60,15 +62,18 @@ def page(reading: Reading, folder: Path | None) -> Iterator[str]:
     yield _data("seoro-columns", frame.columns)
     for number, block in enumerate(reading.blocks.all()):
         yield _script(f"seoro-block-{number}", block)
-    yield f"<script>{script}</script></body></html>\n"
+    yield from (f"<script>{each}</script>" for each in scripts)
+    yield "</body></html>\n"
 
 
-def _head(title: str, script: str, style: str) -> Iterator[str]:
+def _head(title: str, scripts: Sequence[str], style: str) -> Iterator[str]:
+    allowed = " ".join(f"'{_hash(script)}'" for script in scripts)
     policy = (
-        f"default-src 'none'; script-src '{_hash(script)}'; style-src '{_hash(style)}'; img-src data: blob:; "
+        f"default-src 'none'; script-src {allowed}; style-src '{_hash(style)}'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
-    yield '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+    space = " data-space" if len(scripts) > 1 else ""
+    yield f'<!doctype html><html lang="en"{space}><head><meta charset="utf-8">'
     yield f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
     yield '<meta name="viewport" content="width=device-width,initial-scale=1">'
     yield '<meta name="color-scheme" content="light dark"><meta name="referrer" content="no-referrer">'

@@ -22,7 +22,11 @@ from seoro.ui.site import Site
 
 AREAS: Final = (run_routes,)
 _PATHS: Final = ("/", "/runs", "/run/{id}", "/start", "/lab", "/campaigns", "/campaign/{id}", "/compare")
-_TYPES: Final = {"ui.js": "text/javascript", "ui.css": "text/css"}
+_FILES: Final = {  # packages and media types of built files
+    "ui.js": ("seoro.ui", "text/javascript"),
+    "ui.css": ("seoro.ui", "text/css"),
+    "world3d.js": ("seoro.report", "text/javascript"),
+}
 _SIMULATORS: Final = ("mujoco", "pybullet")
 _PAGE: Final = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">
@@ -65,7 +69,7 @@ async def _page(_: Request) -> Response:
 
 async def _static(request: Request) -> Response:
     name = request.path_params["name"]
-    file = files("seoro.ui") / "static" / name
-    if name not in _TYPES or not file.is_file():
+    if name not in _FILES:
         raise RequestError(404, "unknown file")
-    return Response(file.read_bytes(), media_type=_TYPES[name])
+    package, media_type = _FILES[name]
+    return Response((files(package) / "static" / name).read_bytes(), media_type=media_type)

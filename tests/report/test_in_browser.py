@@ -74,6 +74,36 @@ async def test_each_tab_is_read_back(report: Path, open_report: Open) -> None:
     assert opened.problems == []
 
 
+async def test_the_world_is_shown_in_three_dimensions(tmp_path: Path, open_report: Open) -> None:
+    found = records()
+    hits = {"pose": [0.1, 0.0, 0.2, 0.0, 0.0, 0.0, 1.0], "angle_min": 0.0, "angle_increment": 1.5708}
+    scan = {"kind": "scan", "time": 1.0, "entity": "tb4", "sensor": "lidar", "ranges": [3.0, None], **hits}
+    at = next(number for number, each in enumerate(found) if each["t"] > 1.0)
+    found.insert(at, {**found[at - 1], **scan, "t": 1.0})
+    write(tmp_path, [{**each, "seq": number} for number, each in enumerate(found)])
+    write_file(str(tmp_path / TRACE), tmp_path, tmp_path / "report.html", space=True)
+    opened = await open_report(tmp_path / "report.html")
+    await opened.set_time(1.0)
+    space = opened.page.get_by_role("button", name="3D")
+    await space.click()
+    picture = opened.page.get_by_role("img", name="World in three dimensions")
+    await opened.page.locator('canvas[data-hits="1"]').wait_for()
+    assert int(await picture.get_attribute("data-triangles") or 0) > 20  # wall, map, robot and its name
+    before = await picture.screenshot()
+    await picture.press("ArrowRight")
+    assert await picture.screenshot() != before
+    await opened.set_time(4.0)
+    await opened.page.locator('canvas[data-hits="0"]').wait_for()
+    await space.click()
+    await opened.page.get_by_role("img", name="World from above").wait_for()
+    assert opened.problems == []
+
+
+async def test_a_report_without_three_dimensions_does_not_offer_them(report: Path, open_report: Open) -> None:
+    opened = await open_report(report)
+    assert await opened.page.get_by_role("button", name="3D").count() == 0
+
+
 async def test_hostile_texts_show_as_text(tmp_path: Path, open_report: Open) -> None:
     label = HOSTILE + REVERSED + "x" * 10_000
     write(tmp_path, records(label, log=label, robot=HOSTILE))

@@ -26,7 +26,8 @@ def test_the_url_with_the_token_gives_a_cookie(served: Served) -> None:
         assert "HttpOnly" in found.headers["set-cookie"]
         assert "samesite=strict" in found.headers["set-cookie"].lower()
         assert served.access.token not in found.headers["set-cookie"]
-        assert client.get("/").status_code == 200
+        for path in ("/", "/static/ui.js", "/static/ui.css", "/static/world3d.js"):
+            assert client.get(path).status_code == 200
         assert client.get("/", headers={"Cookie": "x=1"}).status_code == 401
 
 

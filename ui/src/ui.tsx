@@ -5,9 +5,12 @@ import { Pages } from "./app/Pages";
 import { LabStore, RunStore } from "./app/stores";
 import type { Site } from "./app/types";
 import { get } from "./net/api";
+import { loadSpaceFrom } from "./space/loading";
 import "./style/base.css";
 import "./style/views.css";
 import "./style/app.css";
+
+loadSpaceFrom("/static/world3d.js");
 
 async function start(root: HTMLElement): Promise<void> {
   try {

@@ -1,4 +1,5 @@
 // Poses of robots and bodies over time.
+import { Scans } from "./scans";
 import type { Meta, SceneEntity } from "./types";
 import { after, type Columns, grown } from "./unpack";
 
@@ -14,6 +15,7 @@ export interface Pose {
 }
 
 const FIELDS = ["x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz"];
+type Quaternion = [x: number, y: number, z: number, w: number];
 const VELOCITY = 7; // index of the first velocity
 
 /** Samples of one robot or body. Numbers are in steps. */
@@ -51,6 +53,10 @@ export class Track {
     return this.columns[1]![index]! * this.step;
   }
 
+  z(index: number): number {
+    return this.columns[2]![index]! * this.step;
+  }
+
   speed(index: number): number {
     if (this.hasVelocities) return Math.hypot(this.columns[7]![index]!, this.columns[8]![index]!) * this.step;
     const before = index > 0 ? index - 1 : 0;
@@ -69,7 +75,7 @@ export class Track {
   }
 
   private yaw(index: number): number {
-    const [x, y, z, w] = [3, 4, 5, 6].map((field) => this.columns[field]![index]!) as [number, number, number, number];
+    const [x, y, z, w] = [3, 4, 5, 6].map((field) => this.columns[field]![index]!) as Quaternion;
     return Math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z);
   }
 
@@ -91,8 +97,20 @@ export class Track {
     return pose;
   }
 
+  /** Position and quaternion (x, y, z, w) at a time; null before the first sample. */
+  spatial(time: number): number[] | null {
+    const pose = this.at(time);
+    if (pose === null) return null;
+    const index = after(this.times, time + 1e-9) - 1;
+    const [qx, qy, qz, qw] = [3, 4, 5, 6].map((field) => this.columns[field]![index]! * this.step) as Quaternion;
+    // The yaw is between two samples, the tilt that of the earlier one.
+    const half = wrapped(pose.yaw - this.yaw(index)) / 2;
+    const [cos, sin] = [Math.cos(half), Math.sin(half)];
+    return [pose.x, pose.y, pose.z, cos * qx - sin * qy, cos * qy + sin * qx, cos * qz + sin * qw, cos * qw - sin * qz];
+  }
+
   sample(index: number): Pose {
-    const z = this.columns[2]![index]! * this.step;
+    const z = this.z(index);
     const turn = this.columns[12]![index]! * this.step;
     return { x: this.x(index), y: this.y(index), z, yaw: this.yaw(index), speed: this.speed(index), turn };
   }
@@ -101,6 +119,7 @@ export class Track {
 export class Tracks {
   readonly tracks: Track[] = [];
   readonly believed: (Track | null)[] = [];
+  private readonly scans = new Scans();
   private pathTimes = new Float64Array(0);
   private pathEntities = new Int32Array(0);
   private pathEnds = new Int32Array(0);
@@ -128,6 +147,7 @@ export class Tracks {
       const believed = (this.believed[index] ??= new Track(track.name, null, this.step));
       believed.append(columns, `believed.${index}`);
     });
+    this.scans.append(columns, more.beams ?? []);
     this.pathTimes = grown(this.pathTimes, columns.reals("paths.t"));
     this.pathEntities = grown(this.pathEntities, columns.integers("paths.entity"));
     this.pathEnds = grown(this.pathEnds, columns.integers("paths.end"));
@@ -136,6 +156,11 @@ export class Tracks {
 
   get isEmpty(): boolean {
     return this.tracks.every((track) => track.isEmpty);
+  }
+
+  /** Hits of the latest scan of an entity, as x, y and z in the map [m]. */
+  hits(entity: number, time: number): [number, number, number][] {
+    return this.scans.hits(entity, time, this.step, (then) => this.tracks[entity]?.at(then) ?? null);
   }
 
   /** Points of the path that a robot follows at a time. */

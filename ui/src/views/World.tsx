@@ -4,16 +4,21 @@ import type { RunModel } from "../data/model";
 import { after } from "../data/unpack";
 import { onThemeChange, prepare, theme } from "../draw/theme";
 import { drawEntity, drawStill, drawWay, extentOf, fit, mapPicture, screen, type View } from "../draw/world";
+import { hasSpace } from "../space/loading";
 import { useCell } from "../state";
 import { clip, plain, plural } from "../text";
 import type { ViewProps } from "./RunViews";
+import { Space, type SpaceControl } from "./Space";
 
 const MOST_LISTED = 40;
+const HIT = 3; // [pixels] of a hit of a laser scan
 const TRAILS = 4_000; // latest samples of all ways, drawn strongly
 
 export function World({ run, state }: ViewProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const still = useRef<HTMLCanvasElement>(null);
+  const space = useRef<SpaceControl>(null);
+  const [isSpace, setIsSpace] = useState(false);
   const drawn = useRef<number[]>([]); // samples of each track in the lower picture
   const [size, setSize] = useState<[number, number]>([0, 0]);
   const [view, setView] = useState<View | null>(null);
@@ -62,7 +67,14 @@ export function World({ run, state }: ViewProps) {
     return state.time.subscribe(draw);
   }, [run, scene, state, shown, map, themeCount, revision]);
 
-  const zoom = (factor: number) => setView({ ...shown, scale: shown.scale * factor });
+  const zoom = (factor: number) => {
+    if (isSpace) space.current?.zoom(factor);
+    else setView({ ...shown, scale: shown.scale * factor });
+  };
+  const showAll = () => {
+    if (isSpace) space.current?.fit();
+    else setView(null);
+  };
   const shift = (x: number, y: number) =>
     setView({ ...shown, x: shown.x + x / shown.scale, y: shown.y + y / shown.scale });
   const onKey = (event: KeyboardEvent) => {
@@ -73,7 +85,7 @@ export function World({ run, state }: ViewProps) {
       ArrowDown: () => shift(0, -40),
       "+": () => zoom(1.4),
       "-": () => zoom(1 / 1.4),
-      "0": () => setView(null),
+      "0": showAll,
     };
     const action = keys[event.key];
     if (action === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -92,15 +104,22 @@ export function World({ run, state }: ViewProps) {
           <button type="button" aria-label="Zoom out of the world" onClick={() => zoom(1 / 1.4)}>
             −
           </button>
-          <button type="button" onClick={() => setView(null)}>
+          <button type="button" onClick={showAll}>
             Fit
           </button>
+          {hasSpace() && (
+            <button type="button" aria-pressed={isSpace} onClick={() => setIsSpace(!isSpace)}>
+              3D
+            </button>
+          )}
         </div>
       </div>
       <div class="picture">
         <canvas ref={still} aria-hidden="true" />
+        {isSpace && <Space run={run} state={state} map={map} control={space} key={themeCount} />}
         <canvas
           ref={canvas}
+          hidden={isSpace}
           tabIndex={0}
           role="img"
           aria-label="World from above. Arrows move the picture, + and − zoom, 0 fits. The poses are listed below."
@@ -139,6 +158,8 @@ function drawMoving(canvas: HTMLCanvasElement, run: RunModel, view: View, time: 
     run.tracks.path(index, time).forEach(([x, y], at) => context[at === 0 ? "moveTo" : "lineTo"](...screen(view, x, y)));
     context.stroke();
     context.setLineDash([]);
+    context.fillStyle = colours.cursor;
+    for (const [x, y] of run.tracks.hits(index, time)) context.fillRect(...topLeft(screen(view, x, y)), HIT, HIT);
     const believed = run.tracks.believed[index]?.at(time);
     if (believed) {
       const [x, y] = screen(view, believed.x, believed.y);
@@ -151,6 +172,10 @@ function drawMoving(canvas: HTMLCanvasElement, run: RunModel, view: View, time: 
     const pose = track.at(time);
     if (pose !== null) drawEntity(context, view, track, pose, colours.entities[index % colours.entities.length]!, colours);
   });
+}
+
+function topLeft([x, y]: [number, number]): [number, number] {
+  return [x - HIT / 2, y - HIT / 2];
 }
 
 /** The poses as a table: what the picture shows, for everyone. */
