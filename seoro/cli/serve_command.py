@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Awaitable, Callable
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,7 @@ from seoro.bridges.addresses import EXECUTOR
 from seoro.cli.arguments import add_keys_argument, add_option, number
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import state_folder
-from seoro.cli.serving import check_name, endpoint_errors, place_of
+from seoro.cli.serving import check_name, endpoint_errors, place_of, stdin_closed
 from seoro.cli.signals import termination_signals
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
@@ -56,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         repeatable=True,
     )
     add_option(parser, "--policy FILE", "YAML file with permissions and limits per role")
+    add_option(parser, "--die-with-parent", "end when stdin closes, for programs that start an executor")
     add_keys_argument(parser)
 
 
@@ -79,10 +81,15 @@ def run(options: argparse.Namespace) -> int:
     )
     log_to_stderr("%(message)s")
     with endpoint_errors():
-        return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
+        return anyio.run(
+            _serve,
+            settings,
+            options.die_with_parent,
+            backend_options={"use_uvloop": find_spec("uvloop") is not None},
+        )
 
 
-async def _serve(settings: ExecutorOptions) -> int:
+async def _serve(settings: ExecutorOptions, dies_with_parent: bool) -> int:
     from seoro.executor.service import open_executor  # noqa: PLC0415 - as above
 
     with anyio.open_signal_receiver(*termination_signals()) as signals:
@@ -94,7 +101,9 @@ async def _serve(settings: ExecutorOptions) -> int:
             if started.lost:
                 print(f"{started.lost} runs were active when the executor died, and are lost", flush=True)
             async with background() as tasks:
-                tasks.start_soon(_cancel_on, started.name_lost, tasks)
+                tasks.start_soon(_cancel_on, started.name_lost.wait, tasks)
+                if dies_with_parent:
+                    tasks.start_soon(_cancel_on, stdin_closed, tasks)
                 async for _ in signals:
                     break
             print("stopping active runs and cleaning up", flush=True)
@@ -106,8 +115,8 @@ async def _serve(settings: ExecutorOptions) -> int:
     return Exit.PASSED
 
 
-async def _cancel_on(event: anyio.Event, tasks: TaskGroup) -> None:
-    await event.wait()
+async def _cancel_on(wait: Callable[[], Awaitable[object]], tasks: TaskGroup) -> None:
+    await wait()
     tasks.cancel_scope.cancel()
 
 

@@ -11,6 +11,7 @@ import anyio
 
 from seoro.cli.arguments import add_keys_argument, add_option, number
 from seoro.cli.exit_status import Exit
+from seoro.cli.files import state_folder
 from seoro.cli.packages import require
 from seoro.cli.serving import wait_for_signal
 from seoro.text.printable import log_to_stderr
@@ -51,7 +52,9 @@ def run(options: argparse.Namespace) -> int:
     require("`seoro ui`", "ui", "starlette", "uvicorn", "websockets")
     from seoro.ui.server import SiteOptions  # noqa: PLC0415 - for this command only
 
-    settings = SiteOptions(tuple(options.folders) or (Path(),), options.connect, options.keys, options.port)
+    settings = SiteOptions(
+        tuple(options.folders) or (Path(),), state_folder() / "ui", options.connect, options.keys, options.port
+    )
     log_to_stderr("%(message)s")
     return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
 

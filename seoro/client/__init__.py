@@ -194,7 +194,7 @@ class Client:
         check_limit("stop_if_lost", stop_if_lost)
         if film is not None and not isinstance(film, VideoOptions):
             raise wrong_type("film", film, "a seoro.embed.video.VideoOptions")
-        bundle = _packed(scenario, options_from(options), film)
+        bundle = bundle_of(scenario, options_from(options), film)
         return await self.submit_bundle(executor, bundle, stop_if_lost, priority)
 
     async def submit_bundle(
@@ -237,7 +237,7 @@ class Client:
         Raises:
             InvalidScenario, UsageError, BackendError: The scenario cannot run there.
         """
-        return await self.dry_run_bundle(executor, _packed(scenario, options_from(options)))
+        return await self.dry_run_bundle(executor, bundle_of(scenario, options_from(options)))
 
     async def dry_run_bundle(self, executor: str, bundle: Bundle) -> DryRun:
         """Dry-run a bundle; else like `dry_run`."""
@@ -335,7 +335,12 @@ class Client:
         return sorted(found, key=lambda run: run.info.submitted, reverse=True)[: request.limit]
 
 
-def _packed(scenario: AnyPath | Scenario, options: Options, film: VideoOptions | None = None) -> Bundle:
+def bundle_of(scenario: AnyPath | Scenario, options: Options, film: VideoOptions | None = None) -> Bundle:
+    """Check a scenario and its options, and pack it with its files, as `Client.submit` does.
+
+    Raises:
+        InvalidScenario, UsageError: The scenario or an option is invalid.
+    """
     check_limit("timeout", options.timeout)
     if options.replay is not None:
         raise UsageError("executors do not replay runs", help="replay the run in this process: `seoro.replay`")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from itertools import takewhile
 from typing import assert_never
 
 from seoro.lang import symbols
 from seoro.lang.check.plan_types import type_name
+from seoro.lang.comments import comment_above
 from seoro.lang.program import EnumMember, Program
 from seoro.lang.source import Span
 from seoro.lang.units import unit_text
@@ -137,9 +137,7 @@ def comment(meaning: Meaning) -> str:
     span = meaning.declaration.span if isinstance(meaning, symbols.TypeSymbol) else definition(meaning)
     if span is None:
         return ""
-    above = (span.file.line(number).strip() for number in range(span.line - 1, 0, -1))
-    found = [line.lstrip("#").removeprefix(" ") for line in takewhile(lambda line: line.startswith("#"), above)]
-    return "\n".join(reversed(found))
+    return comment_above(span.file, span.line)
 
 
 def code(text: str) -> str:

@@ -38,16 +38,22 @@ class Executors:
         endpoint: Their endpoint; None for the default one.
         keys: Folder of keys; None for that of the environment or of the user.
         shown: Names of executors for people, where they differ.
+        is_chosen: Whether the user chose the endpoint, and wants to know its problems.
 
     Attributes:
+        endpoint: The endpoint, or None.
+        is_chosen: See above.
         client: The client; None while nothing answers at the endpoint.
         names: Names of the reachable executors.
         problem: Reason for missing executors; empty otherwise, and before the first attempt.
         tried: Set after the first attempt.
     """
 
-    def __init__(self, endpoint: str | None, keys: Path | None, shown: Mapping[str, str]) -> None:
+    def __init__(
+        self, endpoint: str | None, keys: Path | None, shown: Mapping[str, str], *, is_chosen: bool = True
+    ) -> None:
         self.endpoint = endpoint
+        self.is_chosen = is_chosen
         self.client: Client | None = None
         self.names: tuple[str, ...] = ()
         self.problem = ""
@@ -80,26 +86,33 @@ class Executors:
         self.names = tuple(await client.executors())
         self.problem = "" if self.names else f"{NO_EXECUTOR} at {client.endpoint}"
         for name in self.names:
-            runs = await client.runs(name, MOST_RUNS)
             place = self.shown(name)
-            known = {each.run.id for each in registry.all() if each.run.place == place}
-            found = [Known(describe(run, place), run) for run in runs]
-            registry.update(found, known - {each.run.id for each in found})
+            known = {each.run.id: each.run for each in registry.all() if each.run.place == place}
+            runs = await client.runs(name, MOST_RUNS)
+            found = [Known(describe(run, place, _scenario(known, run)), run) for run in runs]
+            registry.update(found, known.keys() - {each.run.id for each in found})
 
 
-def describe(run: RemoteRun, place: str) -> Run:
+def _scenario(known: Mapping[str, Run], run: RemoteRun) -> str:
+    """Return the name of the scenario, which executors do not report; empty if this site did not start it."""
+    before = known.get(remote_id(run.id))
+    return "" if before is None else before.scenario
+
+
+def describe(run: RemoteRun, place: str, scenario: str = "") -> Run:
     """Describe a run of an executor.
 
     Args:
         run: The run.
         place: Name of its executor for people.
+        scenario: Name of its scenario; empty if unknown.
     """
     info = run.info
     return Run(
         id=remote_id(run.id),
         place=place,
         kind="executor",
-        scenario="",
+        scenario=scenario,
         file=info.file,
         status=_STATUSES[info.state],
         reason=info.reason,

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from seoro.client import Client
-from seoro.errors import BackendUnreachable
+from seoro.errors import BackendUnreachable, UsageError
 from seoro.ui.executors import Executors
 
 _NO_CLIENT = "no executor is reachable"
@@ -18,12 +18,37 @@ class Places:
 
     Args:
         folders: Folders of the site.
-        executors: Executors by endpoint; the first with a client is preferred.
     """
 
-    def __init__(self, folders: Sequence[Path], executors: Sequence[Executors]) -> None:
+    def __init__(self, folders: Sequence[Path]) -> None:
         self._folders = folders
-        self._executors = list(executors)
+        self._executors: list[Executors] = []
+
+    def add(self, executors: Executors) -> None:
+        """Add the executors at an endpoint; the first with a client is preferred."""
+        self._executors.append(executors)
+
+    def remove(self, executors: Executors) -> None:
+        """Remove the executors at an endpoint."""
+        self._executors.remove(executors)
+
+    def find(self, shown: str) -> tuple[Client, str]:
+        """Return the client and the name of an executor.
+
+        Args:
+            shown: Name of the executor for people.
+
+        Raises:
+            UsageError: The executor is unknown.
+        """
+        for each in self._executors:
+            for name in each.names:
+                if each.client is not None and each.shown(name) == shown:
+                    return each.client, name
+        known = ", ".join(each.shown(name) for each in self._executors for name in each.names)
+        raise UsageError(
+            f"unknown executor '{shown}'", help=f"executors: {known}" if known else "no executor is reachable"
+        )
 
     def client(self) -> Client:
         """Return the client of the preferred endpoint.
@@ -51,7 +76,7 @@ class Places:
         found = []
         for each in self._executors:
             found += [{"name": each.shown(name), "kind": "executor", "problem": ""} for name in each.names]
-            if not each.names and each.problem:
+            if not each.names and each.problem and each.is_chosen:
                 found.append({"name": each.endpoint or "executors", "kind": "executor", "problem": each.problem})
         for folder in self._folders:
             problem = "" if folder.is_dir() else "the folder was deleted"

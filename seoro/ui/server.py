@@ -18,11 +18,12 @@ from starlette.types import ASGIApp
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
 from seoro.ui.application import make_application
-from seoro.ui.executors import Executors
 from seoro.ui.feeds import Feeds
 from seoro.ui.local_runs import LocalRuns
 from seoro.ui.places import Places
+from seoro.ui.providing import provide_executors
 from seoro.ui.registry import RunRegistry
+from seoro.ui.scenario_files import ScenarioFiles
 from seoro.ui.security import Access
 from seoro.ui.site import Site
 from seoro.ui.sockets import LARGEST_MESSAGE
@@ -41,9 +42,11 @@ class SiteOptions:
         endpoint: Endpoint of executors; None for the default one.
         keys: Folder of keys; None for that of the environment or of the user.
         port: Port; 0 for a free one.
+        state: Folder for runs of this machine that the site starts.
     """
 
     folders: tuple[Path, ...]
+    state: Path
     endpoint: str | None = None
     keys: Path | None = None
     port: int = PORT
@@ -74,10 +77,10 @@ async def open_site(options: SiteOptions) -> AsyncIterator[Served]:
         access = Access("http", (LOOPBACK, "localhost"), listener.getsockname()[1])
         async with background() as tasks:
             registry = RunRegistry()
-            executors = Executors(options.endpoint, options.keys, {})
             feeds = Feeds(registry, tasks)
-            site = Site(folders, options.keys, Places(folders, [executors]), registry, feeds, tasks)
-            tasks.start_soon(executors.watch, registry)
+            places = Places(folders)
+            site = Site(folders, options.keys, places, registry, feeds, ScenarioFiles(folders), tasks)
+            tasks.start_soon(provide_executors, options.endpoint, options.keys, options.state, places, registry)
             tasks.start_soon(LocalRuns(folders).watch, registry)
             tasks.start_soon(feeds.forget_unused)
             async with _serving(make_application(site, access), listener):

@@ -13,6 +13,7 @@ from seoro.client import Client
 from seoro.ui.feeds import Feeds
 from seoro.ui.places import Places
 from seoro.ui.registry import RunRegistry
+from seoro.ui.scenario_files import ScenarioFiles
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class Site:
         places: Executors.
         runs: Known runs, by id.
         feeds: Traces of viewed runs.
+        scenarios: Scenario files below the folders.
         tasks: Task group that lasts as long as the site.
         is_demo: Whether the site shows its own examples.
     """
@@ -34,6 +36,7 @@ class Site:
     places: Places
     runs: RunRegistry
     feeds: Feeds
+    scenarios: ScenarioFiles
     tasks: TaskGroup
     is_demo: bool = False
 

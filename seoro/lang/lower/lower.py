@@ -116,6 +116,15 @@ class Plans:
         self._named: Mapping[str, Invocation] = {}
         self._shared: plan.Plan | None = None  # without overrides
 
+    @property
+    def draft(self) -> plan.Plan:
+        """The plan without overrides, in which parameters may lack values."""
+        return self._shared or self._create()
+
+    def missing_values(self) -> tuple[str, ...]:
+        """Return the paths of parameters of the scenario that need a value from outside."""
+        return self._lowering.missing_values(self._entry)
+
     def with_overrides(
         self, overrides: Mapping[str, str] = _NO_OVERRIDES, constraints: Sequence[str] = ()
     ) -> plan.Plan:
@@ -327,10 +336,14 @@ class _Lowering:
                 if any(not _is_set(path.rpartition("::")[2], bounded) for path in lacking):
                     bag.add(messages.global_without_value, symbol.span, symbol.text)
 
+    def missing_values(self, entry: TypeSymbol) -> tuple[str, ...]:
+        """Return the paths of fields of the entry scenario without a value."""
+        return self._expressions.values.lacking_of(entry, {})
+
     def check_values(self, entry: TypeSymbol, bounded: Set[str], bag: Bag) -> None:
         """Report fields of the entry scenario without a value and without a constraint from outside."""
         fields = entry.inventory.fields
-        for path in self._expressions.values.lacking_of(entry, {}):
+        for path in self.missing_values(entry):
             if not _is_set(path, bounded):
                 bag.add(messages.missing_value, fields[path.partition(".")[0]].span, path)
 
