@@ -54,6 +54,15 @@ export function useRevision({ revision }: { revision: Cell<number> }, pause: num
   return value;
 }
 
+/** Marks at lines of the source, such as breakpoints. */
+export interface LineMarks {
+  /** Signs by place, `file:line`; their keys are the marked places. */
+  marks: Cell<ReadonlyMap<string, string>>;
+  /** Place at which the run is paused, `file:line`. */
+  paused: Cell<string>;
+  toggle: (file: string, line: number) => void;
+}
+
 export const TABS = ["Source", "Log", "Records", "Plots", "Values", "Coverage"] as const;
 export type Tab = (typeof TABS)[number];
 
@@ -70,6 +79,8 @@ export class PageState {
   /** Place in the scenario to show. */
   readonly place = new Cell("");
 
+  /** Marks at lines of the source; null without a debugger. */
+  lines: LineMarks | null = null;
   /** Whether the time stays at the end of a run that grows. */
   readonly isFollowing: Cell<boolean>;
 

@@ -82,7 +82,7 @@ function ReleaseDialog({ onClose }: { onClose: () => void }) {
       action="Release"
       ask="Why is it safe?"
       isDangerous
-      onConfirm={async (reason) => failedReleases((await post<{ outcomes: Outcome[] }>("/api/lab/release", { reason })).outcomes)}
+      onConfirm={async (reason) => failedOutcomes((await post<{ outcomes: Outcome[] }>("/api/lab/release", { reason })).outcomes)}
       onClose={onClose}
     >
       <p>Robots may move again as soon as a run commands them. Make sure that nobody is near them.</p>
@@ -91,7 +91,7 @@ function ReleaseDialog({ onClose }: { onClose: () => void }) {
 }
 
 /** Raise an error that names what was not done. */
-export function failedReleases(outcomes: Outcome[]): void {
+export function failedOutcomes(outcomes: Outcome[]): void {
   const failed = outcomes.filter((outcome) => outcome.error !== "");
   if (failed.length > 0) throw new Error(failed.map((outcome) => `${outcome.name}: ${outcome.error}`).join("; "));
 }

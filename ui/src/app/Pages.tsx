@@ -1,6 +1,11 @@
 // The page that belongs to the path.
+import { Campaign } from "../pages/Campaign";
+import { Campaigns } from "../pages/Campaigns";
+import { Compare } from "../pages/Compare";
+import { Lab } from "../pages/Lab";
 import { Run } from "../pages/Run";
 import { Runs } from "../pages/Runs";
+import { Start } from "../pages/Start";
 import { useCell } from "../state";
 import { useTitle } from "./hooks";
 import { Link, location_ } from "./router";
@@ -13,13 +18,25 @@ export function Pages({ shared }: { shared: Shared }) {
 }
 
 function pageOf(path: string, shared: Shared) {
-  const [, area = "", id = ""] = path.split("?")[0]!.split("/");
+  const [page = "", query = ""] = path.split("?");
+  const [, area = "", part = ""] = page.split("/");
+  const id = decodeURIComponent(part);
   switch (area) {
     case "":
     case "runs":
       return <Runs shared={shared} />;
     case "run":
-      return <Run key={id} id={decodeURIComponent(id)} shared={shared} />;
+      return <Run key={id} id={id} shared={shared} />;
+    case "start":
+      return <Start shared={shared} />;
+    case "lab":
+      return <Lab shared={shared} />;
+    case "campaigns":
+      return <Campaigns />;
+    case "campaign":
+      return <Campaign key={id} id={id} />;
+    case "compare":
+      return <Compare query={query} shared={shared} />;
     default:
       return <Unknown />;
   }

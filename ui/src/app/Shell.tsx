@@ -62,7 +62,6 @@ const STATES: Record<SocketState, [sign: string, word: string]> = {
 function Connection({ shared }: { shared: Shared }) {
   const state = useCell(shared.runs.socket.state);
   const executors = shared.site.places.filter((place) => place.kind === "executor");
-  const problem = executors.find((place) => place.problem)?.problem ?? "";
   const [sign, word] = STATES[state];
   return (
     <p class={`connection ${state}`} role="status">
@@ -70,8 +69,7 @@ function Connection({ shared }: { shared: Shared }) {
         {sign}
       </span>{" "}
       {word}
-      {state === "open" && executors[0] && <span class="muted"> to {clip(plain(executors[0].name), 30)}</span>}
-      {state === "open" && problem && <span class="failed"> ({clip(plain(problem), 80)})</span>}
+      {state === "open" && executors[0] && !executors[0].problem && <span class="muted"> to {clip(plain(executors[0].name), 30)}</span>}
     </p>
   );
 }

@@ -41,15 +41,17 @@ export interface Run {
 export interface LabRobot {
   name: string;
   type: string;
-  real: boolean;
+  /** Null if unknown. */
+  real: boolean | null;
   state: string;
   detail: string;
-  stopped: boolean;
+  /** Text about its emergency stop; null without one. */
+  stopped: string | null;
   holder: string;
-  lease: string;
+  lease: string | null;
   /** End of the lease, since 1970 [s]. */
   until: number | null;
-  queue: { who: string; since: number | null }[];
+  queue: string[];
 }
 
 export interface LabMember {
@@ -57,12 +59,18 @@ export interface LabMember {
   endpoint: string;
   kind: string;
   problem: string;
+  /** Text about its emergency stop; empty without one. */
+  stopped: string;
   robots: LabRobot[];
 }
 
 export interface Stopped {
   reason: string;
   by: string;
+  since: number | null;
+  /** Number of members that are stopped, and of all known ones. */
+  count: number;
+  of: number;
 }
 
 export interface LabState {
@@ -75,33 +83,60 @@ export interface Outcome {
   error: string;
 }
 
-export type Counts = { [status: string]: number };
-
 export interface Campaign {
   id: string;
-  name: string;
-  file: string;
-  status: "running" | "paused" | "ended" | "interrupted";
+  title: string;
+  folder?: string;
+  /** Planned number of runs; null without an end. */
+  runs: number | null;
   done: number;
-  total: number | null;
-  counts: Counts;
-  started: number | null;
-  ended: number | null;
+  counts: { [status: string]: number };
+  /** Whether it is running. */
+  active: boolean;
+  firstStart: number | null;
+  lastStart: number | null;
+  problem?: string;
 }
 
-export interface Bin {
+/** Runs whose value of an axis is in a range, or is one value. */
+export interface Bucket {
   label: string;
-  low?: number;
-  high?: number;
-  counts: Counts;
+  passed: number;
+  failed: number;
+  rateLow: number | null;
+  rateHigh: number | null;
+}
+
+export interface Axis {
+  path: string;
+  /** How much more pass rates differ than by chance, in standard deviations; null if unknown. */
+  influence: number | null;
+  buckets: Bucket[];
+}
+
+export interface CampaignFailure {
+  run: number;
+  status: string;
+  reason: string;
+  where: string;
+  values: { [axis: string]: unknown };
+  seed: number;
+  /** ID of the run for its page; null if it was not kept. */
+  kept: string | null;
 }
 
 export interface CampaignState extends Campaign {
-  rate: { value: number; low: number; high: number; confidence: number } | null;
+  rate: { passed: number; failed: number; share: number | null; low: number | null; high: number | null; validity: string };
+  stop: string | null;
+  impossible: number;
   perSecond: number | null;
   timeLeft: number | null;
-  axes: { name: string; unit: string; bins: Bin[] }[];
-  failures: { number: number; run: string | null; status: string; reason: string; values: { [axis: string]: string } }[];
-  coverage: { item: string; hit: number; total: number; grade: number }[];
-  problem: string;
+  simulator: string | null;
+  strategy: string;
+  seed: number;
+  axes: Axis[];
+  measurements: Axis[];
+  groups: { reason: string; where: string; count: number; example: number }[];
+  latest: CampaignFailure[];
+  coverage: { item: string; unit: string; reached: number; reachable: number; holes: string[]; holeCount: number }[];
 }

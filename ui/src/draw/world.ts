@@ -186,8 +186,9 @@ export function drawEntity(
   pose: Pose,
   colour: string,
   colours: Theme,
+  name = track.name,
 ): void {
-  const { scene, name } = track;
+  const { scene } = track;
   const [x, y] = screen(view, pose.x, pose.y);
   const footprint = scene?.footprint ?? [];
   const isRobot = scene === null || scene.kind === undefined || scene.kind === "robot" || scene.kind === "person";

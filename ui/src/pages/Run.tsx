@@ -14,6 +14,9 @@ import { PageState, useCell } from "../state";
 import { clip, plain, whole } from "../text";
 import { RunViews } from "../views/RunViews";
 import { Verdict } from "../views/Verdict";
+import { DebugPanel } from "../debug/DebugPanel";
+import { lineMarks } from "../debug/marks";
+import { debugSession } from "../debug/session";
 import { Cameras } from "./Cameras";
 import { Files } from "./Files";
 
@@ -112,7 +115,8 @@ function Before({ entry, isRefused }: { entry: RunData | undefined; isRefused: b
 }
 
 function Following({ run, served }: { run: RunModel; served: ServedRun }) {
-  const state = useMemo(() => stateOf(run), []);
+  const isDebugged = useCell(debugSession.run) === served.id;
+  const state = useMemo(() => stateOf(run, isDebugged), []);
   const revision = useCell(run.revision);
   const skipped = useCell(served.skipped);
   useEffect(() => {
@@ -127,6 +131,7 @@ function Following({ run, served }: { run: RunModel; served: ServedRun }) {
           {whole(skipped)} records were left out of this picture, since the page was too slow. The stored trace has them all.
         </p>
       )}
+      {isDebugged && <DebugPanel state={state} />}
       <RunViews run={run} state={state} />
       <Cameras id={served.id} isActive={run.isActive} />
       <Files id={served.id} isActive={run.isActive} />
@@ -134,9 +139,10 @@ function Following({ run, served }: { run: RunModel; served: ServedRun }) {
   );
 }
 
-function stateOf(run: RunModel): PageState {
+function stateOf(run: RunModel, isDebugged: boolean): PageState {
   const state = new PageState(run.isActive ? run.end : (run.meta.end?.explanation?.t ?? run.end), run.isActive);
   if (run.meta.end?.source) state.place.value = run.meta.end.source;
   if (!run.meta.sources.some((source) => source.text)) state.tab.value = "Log";
+  if (isDebugged) state.lines = lineMarks;
   return state;
 }

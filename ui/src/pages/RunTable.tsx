@@ -108,7 +108,7 @@ function RunRow({ run, index, now, hasPlaces, isChosen, onChoose }: RowProps) {
           <bdi>{clip(plain(run.scenario || "(unknown scenario)"), 120)}</bdi>
         </Link>{" "}
         <span class="muted file" title={plain(run.file).slice(0, 1000)}>
-          <bdi>{clip(plain(run.file), 160)}</bdi>
+          <bdi>{clip(plain(run.file.split("/").slice(-2).join("/")), 160)}</bdi>
         </span>
       </span>
       {hasPlaces && (

@@ -2,11 +2,13 @@
 import { useEffect, useMemo, useState } from "preact/hooks";
 import type { RunModel } from "../data/model";
 import { lineOf, type Row } from "../data/rows";
-import { useCell } from "../state";
+import { Cell, useCell } from "../state";
 import { clip, plain, plural } from "../text";
 import type { ViewProps } from "./RunViews";
 import { VirtualList } from "./VirtualList";
 
+const NO_MARKS = new Cell<ReadonlyMap<string, string>>(new Map());
+const NOWHERE = new Cell("");
 const LONGEST = 2_000; // characters of a line
 
 export function Source({ run, state }: ViewProps) {
@@ -14,6 +16,8 @@ export function Source({ run, state }: ViewProps) {
   useCell(run.revision);
   const byFile = useMemo(() => rowsByLine(run), [run, run.rows.started.length]);
   const place = useCell(state.place);
+  const marks = useCell(state.lines?.marks ?? NO_MARKS);
+  const paused = useCell(state.lines?.paused ?? NOWHERE);
   const time = useCell(state.time);
   const [chosen, setName] = useState("");
   const name = chosen || (files[0]?.name ?? "");
@@ -57,6 +61,7 @@ export function Source({ run, state }: ViewProps) {
         focus={focus}
         wide
         onChoose={choose}
+        onOtherKey={(key, index) => key.toLowerCase() === "b" && state.lines?.toggle(name, index + 1)}
         line={(index) => (
           <SourceLine
             run={run}
@@ -65,6 +70,9 @@ export function Source({ run, state }: ViewProps) {
             rows={rows.get(index + 1) ?? []}
             time={time}
             isVerdict={failed === name && failedLine === index + 1}
+            sign={marks.get(`${name}:${index + 1}`) ?? ""}
+            isPaused={paused === `${name}:${index + 1}`}
+            onMark={state.lines === null ? null : () => state.lines?.toggle(name, index + 1)}
           />
         )}
       />
@@ -89,17 +97,34 @@ interface LineProps {
   rows: Row[];
   time: number;
   isVerdict: boolean;
+  /** Sign at the number of the line. */
+  sign: string;
+  isPaused: boolean;
+  onMark: (() => void) | null;
 }
 
-function SourceLine({ run, text, number, rows, time, isVerdict }: LineProps) {
+function SourceLine({ run, text, number, rows, time, isVerdict, sign, isPaused, onMark }: LineProps) {
   const [mark, status, words] = markOf(rows, isVerdict);
   const isRunning = rows.some((row) => {
     const index = run.runAt(row, time);
     return index >= 0 && run.behaviors.end[index]! > time;
   });
+  const states = [status, isRunning && "running-now", isVerdict && "verdict-line", isPaused && "paused"].filter(Boolean);
+  const toggle = (event: Event) => {
+    event.stopPropagation();
+    onMark?.();
+  };
   return (
-    <span class={`code ${status} ${isRunning ? "running-now" : ""} ${isVerdict ? "verdict-line" : ""}`} title={words}>
-      <span class="number">{number}</span>
+    <span class={`code ${states.join(" ")}`} title={words}>
+      {onMark === null ? (
+        <span class="number">{number}</span>
+      ) : (
+        <span class="number marks" title="Click to set or remove a breakpoint" onClick={toggle}>
+          {sign && <span class="stop-sign">{sign}</span>}
+          {isPaused && <span class="here">▶</span>}
+          {number}
+        </span>
+      )}
       <span class={`mark ${status}`}>
         <span aria-hidden="true">{mark}</span>
         <span class="hidden">{words}</span>

@@ -14,9 +14,11 @@ interface Props {
   line: (index: number) => ComponentChildren;
   onChoose: (index: number) => void;
   wide?: boolean;
+  /** Called for other keys than those of the list. */
+  onOtherKey?: ((key: string, active: number) => void) | undefined;
 }
 
-export function VirtualList({ count, label, focus, line, onChoose, wide }: Props) {
+export function VirtualList({ count, label, focus, line, onChoose, wide, onOtherKey }: Props) {
   const box = useRef<HTMLDivElement>(null);
   const [top, setTop] = useState(0);
   const [height, setHeight] = useState(400);
@@ -66,7 +68,7 @@ export function VirtualList({ count, label, focus, line, onChoose, wide }: Props
     } else if (event.key === "Enter") {
       event.preventDefault();
       onChoose(active);
-    }
+    } else onOtherKey?.(event.key, active);
   };
   const from = Math.max(0, first - MORE);
   const to = Math.min(count, first + rows + MORE);

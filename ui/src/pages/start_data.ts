@@ -1,0 +1,66 @@
+// Data of the form that starts a run.
+
+export interface Entry {
+  file: string;
+  name: string;
+  doc?: string;
+  line?: number;
+  problem?: string;
+}
+
+export interface Parameter {
+  path: string;
+  type: string;
+  unit?: string;
+  /** Expression of the language; empty without one. */
+  default?: string;
+  doc?: string;
+  choices?: string[];
+  minimum?: number | string | null;
+  maximum?: number | string | null;
+}
+
+export interface ScenarioForm {
+  parameters: Parameter[];
+  needsSimulator: boolean;
+  robots: string[];
+  problem?: string;
+}
+
+/** Settings of a run, as texts of the form. */
+export interface Settings {
+  place: string;
+  simulator: string;
+  world: string;
+  rate: string;
+  seed: string;
+  timeout: string;
+  set: { [path: string]: string };
+}
+
+/** Check the settings; returns errors by field. */
+export function problemsOf(settings: Settings, form: ScenarioForm): { [field: string]: string } {
+  const found: { [field: string]: string } = {};
+  if (form.needsSimulator && settings.simulator === "") found["simulator"] = "the scenario needs a simulator";
+  if (settings.seed !== "" && !/^\d{1,15}$/.test(settings.seed)) found["seed"] = "expected a whole number, such as 7";
+  if (!isNumber(settings.rate) && !["", "max"].includes(settings.rate)) found["rate"] = "expected a number above 0, or max";
+  if (!isNumber(settings.timeout) && settings.timeout !== "") found["timeout"] = "expected a number of seconds above 0";
+  return found;
+}
+
+function isNumber(text: string): boolean {
+  return Number(text) > 0 && Number.isFinite(Number(text));
+}
+
+/** Body of the request, without what was left empty. */
+export function bodyOf(file: string, scenario: string, settings: Settings): object {
+  const { seed, rate, timeout, set, ...texts } = settings;
+  const filled = Object.entries(texts).filter(([, value]) => value !== "");
+  return {
+    ...{ file, scenario, set: Object.fromEntries(Object.entries(set).filter(([, value]) => value.trim() !== "")) },
+    ...Object.fromEntries(filled),
+    ...(seed === "" ? {} : { seed: Number(seed) }),
+    ...(rate === "" ? {} : { rate: rate === "max" ? "max" : Number(rate) }),
+    ...(timeout === "" ? {} : { timeout: Number(timeout) }),
+  };
+}
