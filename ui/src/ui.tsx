@@ -9,6 +9,7 @@ import { loadSpaceFrom } from "./space/loading";
 import "./style/base.css";
 import "./style/views.css";
 import "./style/app.css";
+import "./style/pages.css";
 
 loadSpaceFrom("/static/world3d.js");
 

@@ -28,14 +28,14 @@ export function EmergencyStop({ lab }: { lab: LabStore }) {
         <span class="octagon" aria-hidden="true" />
         {isBusy ? "Stopping…" : state?.stopped ? "Stop again" : "Emergency stop"}
       </button>
-      <div role="alert" class={result === null ? "" : result.isGood ? "toast" : "toast bad"}>
+      <div role="alert" class="toasts">
         {result !== null && (
-          <>
+          <div class={result.isGood ? "toast" : "toast bad"}>
             <span>{result.text}</span>
             <button type="button" aria-label="Close the message" onClick={() => setResult(null)}>
               ×
             </button>
-          </>
+          </div>
         )}
       </div>
     </>

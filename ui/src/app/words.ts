@@ -46,3 +46,8 @@ export function rest(time: number): string {
   if (time < 1) return "less than 1 s";
   return duration(Math.round(time));
 }
+
+/** Name of a run: that of its scenario, else of its file. */
+export function nameOf({ scenario, file }: { scenario: string; file: string }): string {
+  return scenario || file.split("/").at(-1) || "run";
+}

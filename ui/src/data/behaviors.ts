@@ -34,6 +34,11 @@ export class Behaviors {
     this.endSeq = grown(this.endSeq, columns.integers("behaviors.endSeq"));
     this.close(columns, onEnd);
     for (let index = first; index < this.count; index++) if (this.endSeq[index]! < 0) this.running.add(index);
+    this.extend(time);
+  }
+
+  /** Let bars of running behaviors reach until a time [s]. */
+  extend(time: number): void {
     for (const index of this.running) this.end[index] = Math.max(time, this.start[index]!);
   }
 

@@ -74,6 +74,14 @@ export class RunModel {
     return low > 0 ? row.runs[low - 1]! : -1;
   }
 
+  /** Let the time of an active run on the real clock pass, also without new records. */
+  advance(time: number): void {
+    if (!this.isActive || time <= this.meta.time) return;
+    this.meta.time = time;
+    this.behaviors.extend(time);
+    this.revision.value++;
+  }
+
   /** Take what is new. */
   append({ meta, columns }: Frame): void {
     this.mergeMeta(meta);
@@ -94,7 +102,8 @@ export class RunModel {
 
   private mergeMeta(more: Partial<Meta>): void {
     const { rows: _rows, blocks: _blocks, layout: _layout, strings, entities, margins, samples, ...whole } = more;
-    Object.assign(this.meta, whole);
+    const time = more.end || !more.time ? more.time : Math.max(more.time, this.meta.time);
+    Object.assign(this.meta, whole, time === undefined ? {} : { time });
     if (strings?.length) this.meta.strings = [...this.meta.strings, ...strings];
     if (entities?.length) this.meta.entities = [...this.meta.entities, ...entities];
     if (margins?.length) this.meta.margins = [...this.meta.margins, ...margins];

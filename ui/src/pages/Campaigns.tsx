@@ -23,27 +23,29 @@ export function Campaigns() {
         </span>
       </div>
       {error !== null && <Problem error={error} />}
-      <section class="panel" aria-label="Campaigns">
-        {data === null ? (
-          error === null && <p class="empty">Reading the campaigns…</p>
-        ) : data.campaigns.length === 0 ? (
-          <div class="empty big">
-            <p>
-              <strong>No campaigns.</strong>
-            </p>
-            <p>
-              <code>seoro campaign run FILE -o folder/</code> runs a scenario many times. Its folder appears here if it is below a folder
-              that is shown.
-            </p>
-          </div>
-        ) : (
-          <ul class="campaigns">
-            {data.campaigns.map((campaign) => (
-              <Entry key={campaign.id} campaign={campaign} />
-            ))}
-          </ul>
-        )}
-      </section>
+      {error === null && (
+        <section class="panel" aria-label="Campaigns">
+          {data === null ? (
+            <p class="empty">Reading the campaigns…</p>
+          ) : data.campaigns.length === 0 ? (
+            <div class="empty big">
+              <p>
+                <strong>No campaigns.</strong>
+              </p>
+              <p>
+                <code>seoro campaign run FILE -o folder/</code> runs a scenario many times. Its folder appears here if it is below a folder
+                that is shown.
+              </p>
+            </div>
+          ) : (
+            <ul class="campaigns">
+              {data.campaigns.map((campaign) => (
+                <Entry key={campaign.id} campaign={campaign} />
+              ))}
+            </ul>
+          )}
+        </section>
+      )}
     </>
   );
 }

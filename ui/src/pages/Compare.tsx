@@ -4,7 +4,7 @@ import { Problem } from "../app/Confirm";
 import { useAnswer, useTitle } from "../app/hooks";
 import { Link, navigate, runPath } from "../app/router";
 import type { Shared } from "../app/stores";
-import { clock, wordOf } from "../app/words";
+import { clock, nameOf, wordOf } from "../app/words";
 import { sentence } from "../data/sentences";
 import { ServedRun } from "../data/served";
 import type { TraceRecord } from "../data/types";
@@ -74,7 +74,7 @@ function Choice({ name, id, other, shared, onChoose }: ChoiceProps) {
         <option value="">choose…</option>
         {listed.map((run) => (
           <option key={run.id} value={run.id}>
-            {clip(plain(run.scenario), 60)}, {wordOf(run.status).toLowerCase()}, {clock(run.started ?? run.submitted)},{" "}
+            {clip(plain(nameOf(run)), 60)}, {wordOf(run.status).toLowerCase()}, {clock(run.started ?? run.submitted)},{" "}
             {clip(plain(run.place), 40)}
           </option>
         ))}

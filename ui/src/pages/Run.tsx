@@ -6,7 +6,7 @@ import { Link } from "../app/router";
 import { StatusBadge } from "../app/Status";
 import type { Shared } from "../app/stores";
 import type { Run as RunData } from "../app/types";
-import { wordOf } from "../app/words";
+import { nameOf, wordOf } from "../app/words";
 import type { RunModel } from "../data/model";
 import { ServedRun } from "../data/served";
 import { post } from "../net/api";
@@ -28,7 +28,7 @@ export function Run({ id, shared }: { id: string; shared: Shared }) {
   const run = useCell(served.model);
   const socket = useCell(served.socket.state);
   const refusal = useCell(served.socket.refusal);
-  const name = run?.meta.start?.scenario ?? entry?.scenario ?? "Run";
+  const name = run?.meta.start?.scenario ?? (entry ? nameOf(entry) : "Run");
   useTitle(`${entry ? `${wordOf(entry.status)}: ` : ""}${clip(plain(name), 200)}`);
   return (
     <>
@@ -101,7 +101,7 @@ function Before({ entry, isRefused }: { entry: RunData | undefined; isRefused: b
   return (
     <section class="panel">
       <h1>
-        <bdi>{clip(plain(entry?.scenario || "Run"), 200)}</bdi>
+        <bdi>{clip(plain(entry ? nameOf(entry) : "Run"), 200)}</bdi>
       </h1>
       {entry && <StatusBadge status={entry.status} />}
       <p class="empty" role="status">
@@ -123,6 +123,7 @@ function Following({ run, served }: { run: RunModel; served: ServedRun }) {
     if (state.isFollowing.value) state.time.value = run.end;
     if (!run.isActive) state.isFollowing.value = false;
   }, [run, revision]);
+  useRealClock(run);
   return (
     <>
       <Verdict run={run} state={state} />
@@ -137,6 +138,19 @@ function Following({ run, served }: { run: RunModel; served: ServedRun }) {
       <Files id={served.id} isActive={run.isActive} />
     </>
   );
+}
+
+const TICK = 500; // [ms]
+
+/** On the real clock time passes, also while nothing is recorded. */
+function useRealClock(run: RunModel): void {
+  const isReal = run.isActive && run.meta.start?.clock === "real";
+  useEffect(() => {
+    const started = Date.parse(String(run.meta.start?.["wall"] ?? ""));
+    if (!isReal || Number.isNaN(started)) return;
+    const timer = setInterval(() => run.advance((Date.now() - started) / 1000), TICK);
+    return () => clearInterval(timer);
+  }, [run, isReal]);
 }
 
 function stateOf(run: RunModel, isDebugged: boolean): PageState {

@@ -4,7 +4,7 @@ import { useNarrow, useNow } from "../app/hooks";
 import { Link, runPath } from "../app/router";
 import { StatusBadge } from "../app/Status";
 import type { Run } from "../app/types";
-import { clock, took } from "../app/words";
+import { clock, nameOf, took } from "../app/words";
 import { clip, plain } from "../text";
 
 const HEIGHT = 38; // [px] of a row
@@ -105,7 +105,7 @@ function RunRow({ run, index, now, hasPlaces, isChosen, onChoose }: RowProps) {
       </span>
       <span role="cell" class="what">
         <Link href={runPath(run.id)}>
-          <bdi>{clip(plain(run.scenario || "(unknown scenario)"), 120)}</bdi>
+          <bdi>{clip(plain(nameOf(run)), 120)}</bdi>
         </Link>{" "}
         <span class="muted file" title={plain(run.file).slice(0, 1000)}>
           <bdi>{clip(plain(run.file.split("/").slice(-2).join("/")), 160)}</bdi>
@@ -128,7 +128,7 @@ function RunRow({ run, index, now, hasPlaces, isChosen, onChoose }: RowProps) {
       <span role="cell" class="pick">
         <input
           type="checkbox"
-          aria-label={`Choose ${clip(plain(run.scenario), 60)} to compare`}
+          aria-label={`Choose ${clip(plain(nameOf(run)), 60)} to compare`}
           checked={isChosen}
           onChange={(event) => onChoose(run.id, event.currentTarget.checked)}
         />

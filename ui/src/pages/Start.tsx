@@ -31,35 +31,37 @@ export function Start({ shared }: { shared: Shared }) {
           No executor is reachable: runs cannot be started. You can still look at scenarios.
         </p>
       )}
-      <div class="columns start">
-        <section class="panel" aria-label="Scenarios">
-          <div class="tools">
-            <label class="search wide">
-              <span class="name">search</span>{" "}
-              <input type="search" value={search} onInput={(event) => setSearch(event.currentTarget.value)} />
-            </label>
-          </div>
-          {data === null ? (
-            error === null && <p class="empty">Reading the scenarios…</p>
-          ) : data.scenarios.length === 0 ? (
-            <p class="empty">
-              No scenario files (<code>.osc</code>) are in the folders that are shown here. Start <code>seoro ui</code> with the folder
-              of your scenarios.
-            </p>
-          ) : matching.length === 0 ? (
-            <p class="empty">No scenario matches. Change the search.</p>
-          ) : (
-            <ScenarioList entries={matching} chosen={chosen} onChoose={setChosen} />
-          )}
-        </section>
-        {chosen === null ? (
-          <section class="panel" aria-label="Settings">
-            <p class="empty">Choose a scenario to see its parameters.</p>
+      {error === null && (
+        <div class="columns start">
+          <section class="panel" aria-label="Scenarios">
+            <div class="tools">
+              <label class="search wide">
+                <span class="name">search</span>{" "}
+                <input type="search" value={search} onInput={(event) => setSearch(event.currentTarget.value)} />
+              </label>
+            </div>
+            {data === null ? (
+              <p class="empty">Reading the scenarios…</p>
+            ) : data.scenarios.length === 0 ? (
+              <p class="empty">
+                No scenario files (<code>.osc</code>) are in the folders that are shown here. Start <code>seoro ui</code> with the folder
+                of your scenarios.
+              </p>
+            ) : matching.length === 0 ? (
+              <p class="empty">No scenario matches. Change the search.</p>
+            ) : (
+              <ScenarioList entries={matching} chosen={chosen} onChoose={setChosen} />
+            )}
           </section>
-        ) : (
-          <Chosen key={`${chosen.file}\n${chosen.name}`} entry={chosen} shared={shared} />
-        )}
-      </div>
+          {chosen === null ? (
+            <section class="panel" aria-label="Settings">
+              <p class="empty">Choose a scenario to see its parameters.</p>
+            </section>
+          ) : (
+            <Chosen key={`${chosen.file}\n${chosen.name}`} entry={chosen} shared={shared} />
+          )}
+        </div>
+      )}
     </>
   );
 }
