@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zlib
 from collections.abc import Iterator
 from typing import Any, Final
@@ -31,8 +32,8 @@ KINDS: Final = (
     "record",
     "margin",
 )
-_NUMBERS: Final = {kind: number for number, kind in enumerate(KINDS)}
-_WALL: Final = b', "wall": "'
+_WALL: Final = re.compile(rb', "wall": "[^"]*"(?=, "kind": )')
+_HEAD: Final = re.compile(rb'(\n\{)"seq": \d+, ("t": [^,\n]+, )"wall": "[^"\n]*", (?="kind": )')
 
 
 class Blocks:
@@ -48,23 +49,27 @@ class Blocks:
         self._counts: list[int] = []  # of lines in closed blocks
         self._kinds = small()
         self._lines: list[bytes] = []
+        self._next = 0  # number of the next record, unless some are left out
         self._size = 0
 
-    def add(self, line: bytes, seq: int, time: float, kind: str) -> None:
+    def add(self, line: bytes, seq: int, time: float, kind: int) -> None:
         """Append a line.
 
         Args:
             line: JSON without a line break.
             seq: Number of the record.
             time: Its time [s].
-            kind: Its kind; for logs with the level, such as `log.info`.
+            kind: Number of its kind in `KINDS`.
         """
-        if self._lines and (len(self._lines) >= _LINES or self._size + len(line) > _BYTES):
+        lines = self._lines
+        if len(lines) >= _LINES or self._size > _BYTES:
             self._close()
-        if not self._lines:
+        if not lines:
             self._firsts.append((seq, time))
-        self._kinds.append(_NUMBERS.get(kind, 0))
-        self._lines.append(without_wall(line))
+        self._kinds.append(kind)
+        # Numbers that count on are left out with the wall time; all other lines lose only that.
+        lines.append(line if seq == self._next and lines else _WALL.sub(b"", line, 1))
+        self._next = seq + 1
         self._size += len(line)
 
     def pack(self, packed: Packed) -> list[list[Any]]:
@@ -100,11 +105,5 @@ class Blocks:
         self._size = 0
 
     def _compress(self) -> bytes:
-        return zlib.compress(b"\n".join(self._lines), _LEVEL)
-
-
-def without_wall(line: bytes) -> bytes:
-    """Remove the wall time, which takes more space than the rest of a compressed line."""
-    start = line.find(_WALL, 0, 100)  # of the fields before: numbers
-    end = line.find(b'"', start + len(_WALL)) if start >= 0 else -1
-    return line[:start] + line[end + 1 :] if end >= 0 else line
+        """Compress the lines without wall times and numbers that count on, which would take half of the space."""
+        return zlib.compress(b"".join(_HEAD.split(b"\n".join(self._lines))), _LEVEL)

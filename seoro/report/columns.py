@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 import sys
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, islice
 from operator import sub
 from types import MappingProxyType
-from typing import Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 Layout: TypeAlias = dict[str, tuple[str, int]]  # type and number of values of each column
 Position: TypeAlias = Mapping[str, object]  # length of each table, and last value of each single value
@@ -52,22 +52,32 @@ def scaled(value: object, step: float = STEP) -> int:
     return round(found) if -_LARGEST < found < _LARGEST else int(math.copysign(_LARGEST, found))
 
 
+def scaled_all(values: Sequence[Any]) -> list[int]:
+    """Return many numbers in steps, as `scaled`."""
+    try:
+        found = [round(value / STEP) if value else 0 for value in values]
+    except (TypeError, ValueError, OverflowError):  # texts, NaN, infinity
+        return [scaled(value) for value in values]
+    is_small = not found or (max(found) < _LARGEST and min(found) > -_LARGEST)
+    return found if is_small else [scaled(value) for value in values]
+
+
 class Packed:
     """Columns as bytes, with their layout.
 
     Args:
+        write: Receives the bytes of each column.
         since: Position of an earlier `Packed`; later rows are packed only.
 
     Attributes:
-        data: Bytes of all columns.
-        layout: Type and number of values of each column, in the order of `data`; empty columns are left out.
+        layout: Type and number of values of each column, in their order; empty columns are left out.
         position: Position after this one.
     """
 
-    def __init__(self, since: Position = BEGIN) -> None:
-        self.data = bytearray()
+    def __init__(self, write: Callable[[bytes], object], since: Position = BEGIN) -> None:
         self.layout: Layout = {}
         self.position: dict[str, object] = {}
+        self._write = write
         self._since = since
 
     def start(self, table: str) -> int:
@@ -81,7 +91,7 @@ class Packed:
             return
         code = {"i": "i4", "d": "f8", "B": "u1"}[column.typecode]
         self.layout[name] = (code, len(column))
-        self.data += _shuffled(_differences(column) if code == "i4" else column)
+        self._write(_shuffled(_differences(column) if code == "i4" else column))
 
     def add_table(self, table: str, columns: Sequence[tuple[str, Column]]) -> None:
         """Append the new rows of a table: columns of one length."""
@@ -89,7 +99,7 @@ class Packed:
         self.position[table] = length
         if start < length:
             for name, column in columns:
-                self.add(f"{table}.{name}", column[start:])
+                self.add(f"{table}.{name}", column[start:] if start else column)
 
     def rest(self, table: str, values: Sequence[T]) -> list[T]:
         """Return the new values of a list."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from seoro.report.blocks import KINDS
@@ -28,27 +28,24 @@ class Frame:
     Args:
         reading: Data of its trace.
         results: Results beside the trace.
+        write: Receives the bytes of the columns, in the order of the field `layout`.
         since: Position of the frame before; without one, the frame has everything.
 
     Attributes:
         text: The object, as JSON.
-        columns: The columns, in the order of its field `layout`.
         position: Position of this frame.
     """
 
-    def __init__(self, reading: Reading, results: Results, since: Position = BEGIN) -> None:
-        packed = Packed(since)
+    def __init__(
+        self, reading: Reading, results: Results, write: Callable[[bytes], object], since: Position = BEGIN
+    ) -> None:
+        packed = Packed(write, since)
         fields = {"first": since is BEGIN, "layout": packed.layout} | _tables(reading, packed)
         changes = {
             name: value for name, value in _single(reading, results).items() if packed.has_changed(name, value)
         }
         self.text = _json(fields | changes)
-        self.columns = bytes(packed.data)
         self.position: Position = packed.position
-
-    def message(self) -> bytes:
-        """Return the frame as one message: length of the object (4 bytes, little-endian), object, columns."""
-        return b"".join((len(self.text).to_bytes(4, "little"), self.text, self.columns))
 
 
 def status_of(reading: Reading) -> str:

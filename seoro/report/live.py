@@ -83,12 +83,15 @@ class LiveRun:
             cursor: State of the page; None for an empty one.
 
         Returns:
-            The frame, and the state of the page with it.
+            The frame, and the state of the page with it. A frame is one message: the length of its JSON object
+            (4 bytes, little-endian), the object, and the columns in the order of its field `layout`.
         """
         with self._lock:
             since = cursor.position if cursor is not None and cursor.run == self._run else BEGIN
-            frame = Frame(self._reading, self._results, since)
-            return frame.message(), Cursor(self._run, self._version, frame.position)
+            columns: list[bytes] = []
+            frame = Frame(self._reading, self._results, columns.append, since)
+            message = b"".join((len(frame.text).to_bytes(4, "little"), frame.text, *columns))
+            return message, Cursor(self._run, self._version, frame.position)
 
     def block(self, number: int) -> bytes:
         """Return the lines of a block, compressed; the last one may grow.

@@ -19,6 +19,22 @@ REPORT: Final = "report.html"
 _LEVEL: Final = 6  # of compression
 
 
+class Compressed:
+    """Bytes that are compressed as they come, so that they are never in memory as a whole."""
+
+    def __init__(self) -> None:
+        self._compressor = zlib.compressobj(_LEVEL)
+        self._parts: list[bytes] = []
+
+    def write(self, data: bytes) -> None:
+        """Append bytes."""
+        self._parts.append(self._compressor.compress(data))
+
+    def finish(self) -> bytes:
+        """Return all bytes, compressed."""
+        return b"".join((*self._parts, self._compressor.flush()))
+
+
 class NoRecords(ValueError):
     """The file has no records of a run."""
 
@@ -50,7 +66,8 @@ def write_report(trace: IO[bytes], folder: Path | None, output: IO[str], *, spac
 
 def page(reading: Reading, folder: Path | None, *, space: bool = False) -> Iterator[str]:
     """Yield the parts of the page."""
-    frame = Frame(reading, results_of(folder, reading))
+    columns = Compressed()
+    frame = Frame(reading, results_of(folder, reading), columns.write)
     script, style = _static("report.js"), _static("report.css")
     title = f"{verdict_word(reading)}: {(reading.start or {}).get('scenario', 'run')}"
     scripts = (script, _static("world3d.js")) if space else (script,)
@@ -58,8 +75,8 @@ def page(reading: Reading, folder: Path | None, *, space: bool = False) -> Itera
     yield '<body><div id="app"><main class="fallback">'
     yield from content(reading, command_of(reading))
     yield "</main></div>"
-    yield _data("seoro-meta", frame.text)
-    yield _data("seoro-columns", frame.columns)
+    yield _script("seoro-meta", zlib.compress(frame.text, _LEVEL))
+    yield _script("seoro-columns", columns.finish())
     for number, block in enumerate(reading.blocks.all()):
         yield _script(f"seoro-block-{number}", block)
     yield from (f"<script>{each}</script>" for each in scripts)
@@ -78,10 +95,6 @@ def _head(title: str, scripts: Sequence[str], style: str) -> Iterator[str]:
     yield '<meta name="viewport" content="width=device-width,initial-scale=1">'
     yield '<meta name="color-scheme" content="light dark"><meta name="referrer" content="no-referrer">'
     yield f"<title>{safe(title)}</title><style>{style}</style></head>"
-
-
-def _data(name: str, data: bytes) -> str:
-    return _script(name, zlib.compress(data, _LEVEL))
 
 
 def _script(name: str, compressed: bytes) -> str:

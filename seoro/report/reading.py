@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import IO, Any, Final
 
-from seoro.report.blocks import Blocks
+from pydantic_core import from_json
+
+from seoro.report.blocks import KINDS, Blocks
 from seoro.report.columns import integers, reals
 from seoro.report.rows import Behaviors
 from seoro.report.series import AllSeries
@@ -18,6 +21,25 @@ MOST_LISTED: Final = 2_000  # margins, and samples of coverage
 MOST_LOGS: Final = 500  # first logs, for pages without JavaScript
 MOST_PROBLEMS: Final = 20
 _PIECE: Final = 1 << 18  # [bytes]
+_MOST_SEQ: Final = 2**31  # so that they fit into a column
+_LOG: Final = "log."  # prefix of kinds of logs, by level
+
+
+@dataclass(slots=True)
+class _Kind:
+    """Reader of the records of one kind.
+
+    Args:
+        number: Number in `KINDS`.
+        handle: Adds a record with its `seq`; None if it is in the blocks only.
+        is_bulky: Whether records are left out of the blocks.
+        count: Number of records.
+    """
+
+    number: int
+    handle: Callable[[Record, int], None] | None = None
+    is_bulky: bool = False
+    count: int = 0
 
 
 class Reading:
@@ -60,29 +82,40 @@ class Reading:
         self.series = AllSeries()
         self.tracks = Tracks()
         self.blocks = Blocks()
-        self.kinds: Counter[str] = Counter()
         self.event_times = reals()
         self.event_names = integers()
         self.event_seqs = integers()
-        self._lines = LineReader()
+        self._lines = LineReader(from_json)
         self._seq = -1
-        self._handlers: dict[str, Callable[[Record, int], None]] = {
+        self._kinds = {name: _Kind(number) for number, name in enumerate(KINDS)}
+        handlers: dict[str, Callable[[Record, int], None]] = {
             "behavior.start": self.behaviors.start,
             "behavior.end": self.behaviors.end,
             "event": self._event,
-            "variable": lambda record, seq: self.series.variable(record),
-            "log": lambda record, seq: _keep(self.logs, record, MOST_LOGS),
+            "variable": self.series.variable,
             "margin": lambda record, seq: _keep(self.margins, record, MOST_LISTED),
             "cover": lambda record, seq: _keep(self.samples, record, MOST_LISTED),
             "record": lambda record, seq: _keep(self.samples, record, MOST_LISTED),
             "run.end": self._end,
         }
-        self._bulky: dict[str, Callable[[Record], None]] = {
+        for name, handle in handlers.items():
+            self._kinds[name].handle = handle
+        bulky = {
             "scene": self._scene,
             "poses": self.tracks.poses,
             "path": self.tracks.path,
             "scan": self.tracks.scan,
         }
+        self._kinds |= {name: _Kind(0, handle, is_bulky=True) for name, handle in bulky.items()}
+
+    @property
+    def kinds(self) -> Counter[str]:
+        """Number of records of each kind."""
+        found: Counter[str] = Counter()
+        for name, kind in self._kinds.items():
+            if kind.count:
+                found["log" if name.startswith(_LOG) else name] += kind.count
+        return found
 
     def read(self, file: IO[bytes]) -> None:
         """Read a trace to its end."""
@@ -92,41 +125,50 @@ class Reading:
 
     def feed(self, data: bytes) -> None:
         """Read the next piece of a trace, which may end anywhere. Lines are read when they are complete."""
-        for line, record in self._lines.feed(data):
-            self._add(line, record)
+        self._add(self._lines.feed(data))
 
     def finish(self) -> None:
         """Read the last line, and mark the trace as read to its end."""
-        for line, record in self._lines.finish():
-            self._add(line, record)
+        self._add(self._lines.finish())
         self.is_finished = True
 
-    def _add(self, line: bytes, record: Record | InvalidRecord) -> None:
+    def _add(self, lines: Iterable[tuple[bytes, Record | InvalidRecord]]) -> None:
         if self.further_runs:
             return
-        if isinstance(record, InvalidRecord):
-            self.is_cut = self.is_cut or record.is_cut
-            if len(self.problems) < MOST_PROBLEMS and not record.is_cut:
-                self.problems.append(str(record))
-            return
-        kind: str = record["kind"]
-        if kind == "run.start" and self.count:
-            self.further_runs = True
-            return
-        found = record.get("seq")
-        # Without numbers, and where they do not grow, records count on.
-        seq = self._seq = found if isinstance(found, int) and self._seq < found < 2**31 else self._seq + 1
-        self.count += 1
-        self.time = max(self.time, record["t"])
-        self.kinds[kind] += 1
-        if (bulky := self._bulky.get(kind)) is not None:
-            bulky(record)
-            return
-        text = self._begin(record, line) if kind == "run.start" else line
-        if (handler := self._handlers.get(kind)) is not None:
-            handler(record, seq)
-        name = f"log.{record['level']}" if kind == "log" else kind
-        self.blocks.add(text.rstrip(), seq, record["t"], name)
+        kinds, add, seq, latest, count = self._kinds, self.blocks.add, self._seq, self.time, self.count
+        for line, record in lines:
+            if isinstance(record, InvalidRecord):
+                self._add_problem(record)
+                continue
+            name = record["kind"]
+            if name == "run.start":
+                if count:
+                    self.further_runs = True
+                    break
+                line = self._begin(record, line)  # noqa: PLW2901 - without bulky parts
+            elif name == "log":
+                _keep(self.logs, record, MOST_LOGS)
+                name = _LOG + record["level"]
+            kind = kinds.get(name)
+            if kind is None:
+                kind = kinds[name] = _Kind(0)
+            number, time = record.get("seq"), record["t"]
+            # Without numbers, and where they do not grow, records count on.
+            seq = number if isinstance(number, int) and seq < number < _MOST_SEQ else seq + 1
+            if time > latest:  # noqa: PLR1730 - faster than a call
+                latest = time
+            count += 1
+            kind.count += 1
+            if kind.handle is not None:
+                kind.handle(record, seq)
+            if not kind.is_bulky:
+                add(line, seq, time, kind.number)
+        self._seq, self.time, self.count = seq, latest, count
+
+    def _add_problem(self, record: InvalidRecord) -> None:
+        self.is_cut = self.is_cut or record.is_cut
+        if len(self.problems) < MOST_PROBLEMS and not record.is_cut:
+            self.problems.append(str(record))
 
     def _begin(self, record: Record, line: bytes) -> bytes:
         """Take sources and tree out of the first record; returns its line without them."""
@@ -141,7 +183,7 @@ class Reading:
     def _end(self, record: Record, seq: int) -> None:
         self.end = record
 
-    def _scene(self, record: Record) -> None:
+    def _scene(self, record: Record, seq: int) -> None:
         if self.scene is None:
             self.scene = record
 
@@ -149,7 +191,7 @@ class Reading:
         self.event_times.append(record["t"])
         self.event_names.append(self.strings.number(record["name"]))
         self.event_seqs.append(seq)
-        self.series.event(record)
+        self.series.event(record, seq)
 
 
 def _keep(records: list[Record], record: Record, most: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Any, Final
 
 from seoro.report.columns import Packed, integers, reals, small
@@ -13,6 +14,7 @@ from seoro.traces.reader import Record
 
 _REPETITION: Final = re.compile(r"#\d+")
 STATUSES: Final = ("running", "succeeded", "failed", "cancelled")
+_STATUS_NUMBERS: Final = {status: number for number, status in enumerate(STATUSES)}
 MOST_ROWS: Final = 100_000  # further ones share the row of their parent
 _LONGEST: Final = 2_000  # [characters] of a label
 
@@ -74,32 +76,38 @@ class Behaviors:
 
     def start(self, record: Record, seq: int) -> None:
         """Add a behavior that starts."""
-        around = record.get("parent")
-        parent = self._running.get(around, NONE) if isinstance(around, int) else NONE
-        index = len(self._row)
+        running, number, around = self._running, record["id"], record.get("parent")
+        parent = running.get(around, NONE) if isinstance(around, int) else NONE
+        if number in running:
+            self._lost.append(running[number])
+        running[number] = len(self._row)
         self._row.append(self._row_of(record, NONE if parent == NONE else self._row[parent]))
         self._parent.append(parent)
         self._start.append(record["t"])
-        self._end.append(record["t"])
-        self._status.append(0)
-        self._reason.append(NONE)
         self._start_seq.append(seq)
-        self._end_seq.append(NONE)
-        if (lost := self._running.get(record["id"])) is not None:
-            self._lost.append(lost)
-        self._running[record["id"]] = index
 
     def end(self, record: Record, seq: int) -> None:
         """End a behavior; one that is not running is skipped."""
         index = self._running.pop(record["id"], None)
         if index is None:
             return
-        status = record["status"]
-        self._end[index] = max(record["t"], self._start[index])
-        self._status[index] = STATUSES.index(status) if status in STATUSES else 0
-        self._reason[index] = self._strings.number(record.get("reason"))
+        if index >= len(self._end):
+            self._extend()
+        start, time, status = self._start[index], record["t"], record["status"]
+        self._end[index] = time if time > start else start
+        self._status[index] = _STATUS_NUMBERS.get(status, 0)
+        if reason := record.get("reason"):
+            self._reason[index] = self._strings.number(reason)
         self._end_seq[index] = seq
         self._ended.append(index)
+
+    def _extend(self) -> None:
+        """Append rows of running behaviors to the columns about their ends, many at once."""
+        count = len(self._row) - len(self._end)
+        self._end.extend(self._start[-count:])
+        self._status.frombytes(bytes(count))
+        self._reason.extend(integers((NONE,)) * count)
+        self._end_seq.extend(integers((NONE,)) * count)
 
     def pack(self, packed: Packed, time: float) -> None:
         """Append the columns of new behaviors, and of older ones that have ended since.
@@ -109,6 +117,8 @@ class Behaviors:
             time: Latest time [s], where the bars of running behaviors end.
         """
         known, ended = packed.start("behaviors"), packed.start("ended")
+        if len(self._end) < len(self._row):
+            self._extend()
         for index in (*self._running.values(), *self._lost):
             self._end[index] = max(time, self._start[index])
         columns = ("row", self._row), ("parent", self._parent), ("start", self._start), ("end", self._end)
@@ -126,7 +136,7 @@ class Behaviors:
     def totals(self) -> list[Counter[str]]:
         """Return how often the behaviors of each row ended with each status."""
         found: list[Counter[str]] = [Counter() for _ in self.rows]
-        for row, status in zip(self._row, self._status, strict=True):
+        for row, status in zip_longest(self._row, self._status, fillvalue=0):
             found[row][STATUSES[status]] += 1
         return found
 

@@ -45,11 +45,11 @@ class AllSeries:
         self._series: dict[tuple[str, str], Series] = {}
         self.omitted = 0
 
-    def variable(self, record: Record) -> None:
+    def variable(self, record: Record, seq: int) -> None:
         """Add the change of a variable; other values than numbers are skipped."""
         self.add("variable", record["path"], record["t"], record.get("value"))
 
-    def event(self, record: Record) -> None:
+    def event(self, record: Record, seq: int) -> None:
         """Add the numbers of an event; texts among its arguments distinguish series, such as names of robots."""
         found = record.get("arguments")
         if not found:
@@ -62,16 +62,20 @@ class AllSeries:
 
     def add(self, kind: str, name: str, time: float, value: object, unit: str = "") -> None:
         """Add a value; one that is not a finite number is skipped."""
-        if isinstance(value, bool) or not isinstance(value, _NUMBER) or not _is_finite(value):
+        if not isinstance(value, _NUMBER) or isinstance(value, bool):
             return
-        found = self._series.get((kind, name))
-        if found is None:
+        try:
+            found = self._series[kind, name]
+        except KeyError:
+            if not _is_finite(value):
+                return
             if len(self._series) >= MOST:
                 self.omitted += 1
                 return
             found = self._series[kind, name] = Series(kind, name, unit)
-        found.times.append(time)
-        found.values.append(value)
+        if _is_finite(value):
+            found.times.append(time)
+            found.values.append(value)
 
     def pack(self, packed: Packed) -> list[dict[str, Any]]:
         """Append the columns, and return the descriptions of new series."""

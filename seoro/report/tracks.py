@@ -6,11 +6,12 @@ from array import array
 from collections.abc import Iterator
 from typing import Any, Final
 
-from seoro.report.columns import Packed, integers, reals, scaled
+from seoro.report.columns import Packed, integers, reals, scaled, scaled_all
 from seoro.traces.reader import Record
 
 FIELDS: Final = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
 MOST_ENTITIES: Final = 2_000
+_ZEROS: Final = [0] * len(FIELDS)
 _POSE: Final = 7  # fields without velocities
 _POINTS: Final = 500_000  # of all paths, and of all scans
 
@@ -21,14 +22,17 @@ class Track:
     def __init__(self) -> None:
         self.times = reals()
         self.columns: tuple[array[int], ...] = tuple(integers() for _ in FIELDS)
+        self._adders = [column.append for column in self.columns]
 
     def add(self, time: float, values: list[Any]) -> None:
         """Append a sample; missing velocities are 0."""
         if self.times and time < self.times[-1]:
             return  # a run that went back to a snapshot
         self.times.append(time)
-        for index, column in enumerate(self.columns):
-            column.append(scaled(values[index]) if index < len(values) else 0)
+        found = scaled_all(values[: len(FIELDS)])
+        found += _ZEROS[len(found) :]
+        for add, value in zip(self._adders, found, strict=True):
+            add(value)
 
 
 class _Lists:
@@ -78,7 +82,7 @@ class Tracks:
         """Whether the trace has no poses."""
         return not self._tracks
 
-    def poses(self, record: Record) -> None:
+    def poses(self, record: Record, seq: int = 0) -> None:
         """Add a record `poses`; malformed parts are skipped."""
         time = _time(record)
         for name, values in _items(record, "entities"):
@@ -88,16 +92,16 @@ class Tracks:
             if isinstance(values, list) and len(values) == 3 and (number := self._number(name)) is not None:
                 self._believed.setdefault(number, Track()).add(time, [values[0], values[1], 0, 0, 0, values[2], 0])
 
-    def path(self, record: Record) -> None:
+    def path(self, record: Record, seq: int = 0) -> None:
         """Add a record `path`; malformed parts are skipped."""
         number = self._number(str(record.get("entity")))
         points = record.get("points")
         if number is None or not isinstance(points, list):
             return
-        flat = [scaled(value) for point in points if isinstance(point, list) for value in point[:2]]
+        flat = scaled_all([value for point in points if isinstance(point, list) for value in point[:2]])
         self.omitted += not self._paths.add(_time(record), number, flat)
 
-    def scan(self, record: Record) -> None:
+    def scan(self, record: Record, seq: int = 0) -> None:
         """Add a record `scan`; malformed parts are skipped."""
         number = self._number(str(record.get("entity")))
         ranges, pose = record.get("ranges"), record.get("pose")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import IO, Any, Final, TypeAlias
@@ -14,6 +14,7 @@ MAX_LINE: Final = 64 * 1024 * 1024  # [bytes], longer than any valid record
 LATEST: Final = 1e12  # [s], longer than any run, and small enough for computations
 
 Record: TypeAlias = dict[str, Any]
+INVALID: Final = object()  # of a line that is not JSON
 
 _BOM: Final = b"\xef\xbb\xbf"
 _NUMBER: Final = (int, float)  # `int | float` would be made anew for each record
@@ -55,40 +56,59 @@ class InvalidRecord:
         return f"line {self.line}: {self.reason}"
 
 
-class LineReader:
-    """Reads a trace in pieces, which may end anywhere."""
+def parse_line(line: bytes) -> object:
+    """Parse a line; returns `INVALID` if it is not JSON."""
+    try:
+        found = json.loads(line if line.startswith(_BOM) else line.decode())
+    except (ValueError, RecursionError):
+        return INVALID
+    return _without_surrogates(found) if b"\\ud" in line.lower() else found
 
-    def __init__(self) -> None:
+
+class LineReader:
+    """Reads a trace in pieces, which may end anywhere.
+
+    Args:
+        parse: Parser, for example a faster one. If it raises `ValueError`, `parse_line` decides.
+    """
+
+    def __init__(self, parse: Callable[[bytes], object] = parse_line) -> None:
+        self._parse = parse
         self._number = 0
         self._pieces: list[bytes] = []  # of an incomplete line
         self._size = 0
 
     def feed(self, data: bytes) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
-        """Yield the complete lines of a trace, each with its record; empty lines are skipped."""
+        """Return the complete lines of a trace, each with its record; empty lines are skipped."""
         *lines, rest = data.split(b"\n")
-        for line in lines:
-            if self._pieces:
-                line = b"".join((*self._pieces, line))  # noqa: PLW2901 - the whole line
-                self._pieces.clear()
-                self._size = 0
-            self._number += 1
-            if line.strip():
-                yield line, self._read(line, is_cut=False)
+        if lines and self._pieces:
+            lines[0] = b"".join((*self._pieces, lines[0]))
+            self._pieces.clear()
+            self._size = 0
         if rest and self._size < MAX_LINE:  # of a line that is too long, the beginning is enough
             self._pieces.append(rest)
             self._size += len(rest)
+        return self._read(lines, is_cut=False)
 
     def finish(self) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
-        """Yield the last line if it has no end, as those of killed runs."""
+        """Return the last line if it has no end, as those of killed runs."""
         line = b"".join(self._pieces)
         self._pieces.clear()
-        if line.strip():
-            self._number += 1
-            yield line, self._read(line, is_cut=True)
+        return self._read([line], is_cut=True)
 
-    def _read(self, line: bytes, *, is_cut: bool) -> Record | InvalidRecord:
-        found = _record(line)
-        return InvalidRecord(self._number, found, is_cut) if isinstance(found, str) else found
+    def _read(self, lines: Sequence[bytes], *, is_cut: bool) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
+        parse = self._parse
+        for line in lines:
+            self._number += 1
+            try:
+                found: Any = parse(line)
+            except ValueError:
+                found = parse_line(line)
+            reason = _problem(found) if len(line) < MAX_LINE else f"longer than {MAX_LINE:,} bytes"
+            if not reason:
+                yield line, found
+            elif line.strip():
+                yield line, InvalidRecord(self._number, reason, is_cut)
 
 
 def read_trace(file: IO[bytes]) -> Iterator[Record | InvalidRecord]:
@@ -101,18 +121,10 @@ def read_trace(file: IO[bytes]) -> Iterator[Record | InvalidRecord]:
         yield found
 
 
-def _record(line: bytes) -> Record | str:
-    """Parse a line; return the record, or a reason why it is invalid."""
-    if len(line) >= MAX_LINE:
-        return f"longer than {MAX_LINE:,} bytes"
-    try:
-        found = json.loads(line if line.startswith(_BOM) else line.decode())
-    except (ValueError, RecursionError):
-        return "invalid JSON"
+def _problem(found: Any) -> str:
+    """Return why a parsed line is not a record; empty if it is one."""
     if not isinstance(found, dict):
-        return "not a JSON object"
-    if b"\\ud" in line.lower():
-        found = _without_surrogates(found)
+        return "invalid JSON" if found is INVALID else "not a JSON object"
     time, kind = found.get("t"), found.get("kind")
     if not (isinstance(time, _NUMBER) and isinstance(kind, str)):
         return "not a record: missing `t` or `kind`"
@@ -120,18 +132,17 @@ def _record(line: bytes) -> Record | str:
         return f"time is not between 0 s and {LATEST:g} s"
     if (arguments := found.get("arguments")) is not None and not isinstance(arguments, dict):
         return f"not a record: `arguments` of `{kind}` has the wrong type"
-    for name, type_ in _FIELDS.get(kind, {}).items():
-        if not isinstance(found.get(name), type_):
-            return f"not a record: `{name}` of `{kind}` is missing or has the wrong type"
-    record: Record = found
-    return record
+    if (fields := _FIELDS.get(kind)) is not None:
+        for name, type_ in fields.items():
+            if not isinstance(found.get(name), type_):
+                return f"not a record: `{name}` of `{kind}` is missing or has the wrong type"
+    return ""
 
 
-def _without_surrogates(record: Record) -> Record:
+def _without_surrogates(found: object) -> object:
     """Replace lone surrogates, which JSON allows and UTF-8 does not, by `?`."""
-    text = json.dumps(record, ensure_ascii=False).encode("utf-8", "replace")
-    cleaned: Record = json.loads(text)
-    return cleaned
+    text = json.dumps(found, ensure_ascii=False).encode("utf-8", "replace")
+    return json.loads(text)
 
 
 def valid_records(found: Iterable[Record | InvalidRecord], problems: list[InvalidRecord]) -> Iterator[Record]:

@@ -5,9 +5,10 @@ import json
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic_core import from_json
 
 from seoro.traces.perfetto import trace_events
-from seoro.traces.reader import Filter, InvalidRecord, read_trace, select
+from seoro.traces.reader import Filter, InvalidRecord, parse_line, read_trace, select
 from seoro.traces.summary import summarise
 from seoro.traces.summary_text import summary_lines
 from seoro.traces.timeline import timeline
@@ -71,3 +72,19 @@ def test_anything_is_shown_summed_up_and_converted(records: list[object]) -> Non
 @given(st.binary(max_size=200))
 def test_any_bytes_are_read(data: bytes) -> None:
     assert all(isinstance(each, dict | InvalidRecord) for each in read_trace(io.BytesIO(data)))
+
+
+JSON_TEXT = ANYTHING.map(json.dumps).map(str.encode)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_the_faster_parser_accepts_what_the_parser_of_python_accepts(data: st.DataObject) -> None:
+    line = data.draw(JSON_TEXT)
+    at = data.draw(st.integers(0, len(line)))
+    line = line[:at] + data.draw(st.binary(max_size=3)) + line[at + data.draw(st.integers(0, 3)) :]
+    try:
+        found = from_json(line)
+    except ValueError:
+        return  # the other one decides
+    assert repr(found) == repr(parse_line(line))  # NaN does not equal itself
