@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,11 +11,13 @@ from seoro.cli.files import write_errors
 from seoro.cli.packages import require
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
-from seoro.runtime.execution.outputs import LAYOUT, RECORDING
+from seoro.runtime.execution.outputs import LAYOUT, RECORDING, VIDEO
 from seoro.traces.foxglove import PACKAGE, is_foxglove_installed
 from seoro.traces.reader import read_trace, valid_records
 
 MAX_TRACE: Final = 64 << 20  # [bytes] of a trace that is converted at the end of its run
+MAX_FILM: Final = 256 << 20  # [bytes] of a film that is included
+_DECODER: Final = "av"
 _BEGIN: Final = 65_536  # [bytes] of a trace in which the scene of its world begins
 _SCENE: Final = b'"kind": "scene"'
 
@@ -33,22 +36,30 @@ def recorded(trace: Path) -> list[tuple[Path, str]]:
         if _SCENE not in file.read(_BEGIN):
             return []
         file.seek(0)
-        path = trace.with_name(RECORDING)
-        write(valid_records(read_trace(file), []), path)
+        path, film = trace.with_name(RECORDING), trace.with_name(VIDEO)
+        is_shown = film.is_file() and film.stat().st_size <= MAX_FILM and find_spec(_DECODER) is not None
+        write(valid_records(read_trace(file), []), path, film if is_shown else None)
     return [(path, "recording for Foxglove"), (trace.with_name(LAYOUT), "layout for Foxglove")]
 
 
-def write(records: Iterable[dict[str, Any]], path: Path) -> None:
+def write(records: Iterable[dict[str, Any]], path: Path, film: Path | None = None) -> None:
     """Write a recording and its layout.
 
+    Args:
+        records: Records of the run.
+        path: The recording.
+        film: Film of the whole run; None for none.
+
     Raises:
-        UsageError: The extra is missing, a file cannot be written, or a record is invalid.
+        UsageError: An extra is missing, a file cannot be read or written, or a record or the film is invalid.
     """
     require("a recording", "recording", PACKAGE)
+    if film is not None:
+        require("a film in a recording", "video", _DECODER)
     from seoro.traces.foxglove.recording import write_recording  # noqa: PLC0415 - slow to load, and optional
 
     try:
         with write_errors(path):
-            write_recording(records, path)
+            write_recording(records, path, film)
     except (ValueError, RuntimeError) as error:  # errors of the package's writer are `RuntimeError`
         raise UsageError(f"cannot write {path}: {error}") from error

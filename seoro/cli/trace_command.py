@@ -21,6 +21,7 @@ from seoro.cli.recordings import write as write_recording
 from seoro.cli.results import silence
 from seoro.cli.trace_input import invalid_trace, open_trace
 from seoro.errors import UsageError
+from seoro.runtime.execution.outputs import VIDEO
 from seoro.traces.causes import CauseIndex, steps
 from seoro.traces.perfetto import write_perfetto
 from seoro.traces.reader import Filter, InvalidRecord, Record, read_trace, select, valid_records
@@ -68,6 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(
         form, "--mcap OUT.mcap", "write a recording for Foxglove, with foxglove-layout.json beside it", type=Path
     )
+    add_option(parser, "--video FILE", f"film of the run for the recording of `--mcap`, such as its {VIDEO}")
     add_option(form, "--perfetto OUT.json", "write Chrome trace events for ui.perfetto.dev", type=Path)
     add_option(parser, "--numbers", "print the number of each record")
     add_option(parser, "--json", "print records as JSON Lines, or the summary as one JSON object")
@@ -121,10 +123,12 @@ class _TraceView:
         options = self._options
         if options.json and (given := given_option(options, "perfetto", "mcap")):
             raise UsageError(f"`--json` contradicts `{given}`", help="leave out one of them")
+        if options.video is not None and options.mcap is None:
+            raise UsageError("`--video` needs `--mcap`", help="name the recording: `--mcap run.mcap`")
         if options.perfetto is not None:
             self._convert(options.perfetto)
         elif options.mcap is not None:
-            write_recording(self._chosen(), options.mcap)
+            write_recording(self._chosen(), options.mcap, options.video)
         elif options.why is not None:
             self._explain(options.why)
         elif options.summary:

@@ -9,9 +9,11 @@ from base64 import b64encode
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from seoro.cli.main import main
+from sim_nodes.recording import Encoder
 from tests.full_disk import run_on_full_disk
 
 pytest.importorskip("foxglove", reason="the extra `recording` is not installed")
@@ -150,6 +152,45 @@ def test_an_invalid_record_leaves_no_file(tmp_path: Path, capsys: pytest.Capture
     assert main(["trace", trace(tmp_path, [RECORDS[0], scene]), "--mcap", str(tmp_path / "run.mcap")]) == 2
     assert "invalid record 1 (`scene`): invalid size of a map" in capsys.readouterr().err
     assert {each.name for each in tmp_path.iterdir()} == {"trace.jsonl"}
+
+
+def film(path: Path, count: int) -> Path:
+    encoder = Encoder(64, 48, 10)
+    for number in range(count):
+        encoder.add(np.full((48, 64, 3), 20 * number, dtype=np.uint8))
+    encoder.finish()
+    path.write_bytes(encoder.drain())
+    return path
+
+
+def test_a_recording_has_the_pictures_of_a_film(tmp_path: Path) -> None:
+    av = pytest.importorskip("av", reason="the extra `video` is not installed")
+    recorded = str(tmp_path / "run.mcap")
+    video = film(tmp_path / "video.mp4", 12)
+    assert main(["trace", trace(tmp_path, RECORDS), "--mcap", recorded, "--video", str(video)]) == 0
+    pictures = messages(Path(recorded))["/video"]
+    assert [time for time, _ in pictures] == pytest.approx([number / 10 for number in range(12)])
+    assert {picture.format for _, picture in pictures} == {"h264"}
+    decoder = av.CodecContext.create("h264", "r")
+    shown = [frame for _, each in pictures for frame in decoder.decode(av.Packet(each.data))]
+    shown += decoder.decode(None)
+    assert len(shown) == 12
+    assert shown[5].to_ndarray(format="rgb24").mean() == pytest.approx(100, abs=6)
+    layout = json.loads((tmp_path / "foxglove-layout.json").read_text())
+    assert layout["configById"]["Image!seoro"]["imageMode"]["imageTopic"] == "/video"
+    assert "/tb/lidar" in layout["configById"]["3D!seoro"]["topics"]
+
+
+def test_invalid_films_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("av", reason="the extra `video` is not installed")
+    file, recorded = trace(tmp_path, RECORDS), tmp_path / "run.mcap"
+    (tmp_path / "text.mp4").write_text("no film" * 100)
+    for name in ("text.mp4", "missing.mp4"):
+        assert main(["trace", file, "--mcap", str(recorded), "--video", str(tmp_path / name)]) == 2
+        assert f"cannot read the film {tmp_path / name}: " in capsys.readouterr().err
+        assert not recorded.exists()
+    assert main(["trace", file, "--video", str(tmp_path / "text.mp4")]) == 2
+    assert "`--video` needs `--mcap`" in capsys.readouterr().err
 
 
 def test_a_full_disk_is_one_error(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from foxglove import Channel, Context, Schema, open_mcap
 from foxglove.channels import (
+    CompressedVideoChannel,
     FrameTransformsChannel,
     GridChannel,
     LaserScanChannel,
@@ -20,6 +21,7 @@ from foxglove.channels import (
     SceneUpdateChannel,
 )
 from foxglove.messages import (
+    CompressedVideo,
     FrameTransform,
     FrameTransforms,
     LaserScan,
@@ -32,10 +34,12 @@ from foxglove.messages import (
 )
 
 from seoro.files.replacing import replacing
+from seoro.traces.foxglove.films import FORMAT, film_pictures
 from seoro.traces.foxglove.scenes import MAP, UPRIGHT, entity_update, grid_of, removal_update, scene_update
 from seoro.traces.foxglove.values import SECOND, to_pose, to_quaternion, to_timestamp
 
 LAYOUT: Final = "foxglove-layout.json"
+FILM: Final = "/video"
 _ANY_OBJECT: Final = Schema(name="seoro.TraceRecord", encoding="jsonschema", data=b'{"type": "object"}')
 _LEVELS: Final[Mapping[str, LogLevel]] = {
     "debug": LogLevel.Debug,
@@ -47,24 +51,38 @@ _LEVELS: Final[Mapping[str, LogLevel]] = {
 Record = dict[str, Any]
 
 
-def write_recording(records: Iterable[Record], path: Path) -> None:
+def write_recording(records: Iterable[Record], path: Path, film: Path | None = None) -> None:
     """Write a recording, and a layout for Foxglove beside it.
 
     Args:
         records: Records of a trace, or a part of them.
         path: The file; an existing one is replaced.
+        film: Film of the whole run, in MP4; None for none.
 
     Raises:
         OSError: A file cannot be written.
-        ValueError: A record is invalid; the file is incomplete.
+        ValueError: A record or the film is invalid; no file is written.
     """
     context = Context()
     with replacing(path) as partial, open_mcap(partial, allow_overwrite=True, context=context):
         recording = _Recording(context)
         for record in records:
             recording.add(record)
-    layout = resources.files(__package__).joinpath("layout.json").read_bytes()
-    path.with_name(LAYOUT).write_bytes(layout)
+        if film is not None:
+            recording.add_film(film)
+    path.with_name(LAYOUT).write_text(json.dumps(_layout(recording.topics, has_film=film is not None), indent=2))
+
+
+def _layout(topics: Iterable[str], *, has_film: bool) -> dict[str, Any]:
+    """Return the layout: the topics of robots are visible, and a film has a panel."""
+    layout: dict[str, Any] = json.loads(resources.files(__package__).joinpath("layout.json").read_bytes())
+    layout["configById"]["3D!seoro"]["topics"] |= {topic: {"visible": True} for topic in topics}
+    if has_film:
+        layout["configById"]["Image!seoro"] = {"imageMode": {"imageTopic": FILM}}
+        world, others = layout["layout"]["first"], layout["layout"]["second"]
+        panel = {"first": "Image!seoro", "second": others, "direction": "column", "splitPercentage": 40}
+        layout["layout"] |= {"first": world, "second": panel}
+    return layout
 
 
 class _Recording:
@@ -92,6 +110,19 @@ class _Recording:
             self._add(record, at, to_timestamp(at))
         except (KeyError, TypeError, IndexError, ValueError) as error:
             raise ValueError(f"invalid record {record.get('seq')} (`{record['kind']}`): {error}") from error
+
+    def add_film(self, film: Path) -> None:
+        """Write the pictures of a film that begins with the run."""
+        channel = CompressedVideoChannel(FILM, context=self._context)
+        for time, data in film_pictures(film):
+            at = self._at(time)
+            picture = CompressedVideo(timestamp=to_timestamp(at), frame_id=MAP, data=data, format=FORMAT)
+            channel.log(picture, log_time=at)
+
+    @property
+    def topics(self) -> list[str]:
+        """Topics of robots: plans and scans."""
+        return [*(channel.topic() for channel in self._paths.values()), *self._scans]
 
     def _at(self, time: float) -> int:
         assert self._start is not None, "set by the first record"
