@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,24 +11,17 @@ import pytest_asyncio
 
 from seoro.cli.report_command import write_file
 from seoro.runtime.execution.outputs import TRACE
+from tests.chromium import launched, problems_of
 from tests.report.traces import records, write
 
 if TYPE_CHECKING:
     from playwright.async_api import Browser, Page
 
-CHROMIUM = os.environ.get("SEORO_CHROMIUM") or shutil.which("chromium")
-
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
 async def browser() -> AsyncIterator[Browser]:
-    if CHROMIUM is None or find_spec("playwright") is None:
-        pytest.skip("needs Chromium, such as `apt-get install chromium`, and the Python package playwright")
-    from playwright.async_api import async_playwright
-
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+    async with launched() as browser:
         yield browser
-        await browser.close()
 
 
 class Opened:
@@ -68,9 +58,7 @@ async def open_report(browser: Browser) -> AsyncIterator[Callable[..., Awaitable
             java_script_enabled=script,
         )
         opened.append(page)
-        problems: list[str] = []
-        page.on("pageerror", lambda error: problems.append(str(error)))
-        page.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
+        problems = problems_of(page)
         page.on("request", lambda request: None if request.url == path.as_uri() else problems.append(request.url))
         await page.goto(path.as_uri())
         if script:

@@ -7,6 +7,7 @@ import pytest
 
 from seoro.cli.report_command import write_file
 from seoro.runtime.execution.outputs import TRACE
+from tests.chromium import violations_of
 from tests.report.conftest import Opened
 from tests.report.traces import HOSTILE, REVERSED, many_records, records, write
 
@@ -133,15 +134,12 @@ async def test_without_javascript_verdict_tree_and_log_are_readable(report: Path
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("width", [1280, 360])
 async def test_axe_finds_no_violations(report: Path, open_report: Open, dark: bool, width: int) -> None:
-    axe = pytest.importorskip("axe_playwright_python.base").AXE_FILE_PATH
     opened = await open_report(report, dark=dark, width=width)
     await opened.page.get_by_role("tree").press("Enter")
     await opened.page.locator(".detail").wait_for()
-    await opened.page.evaluate(axe.read_text())
     for name in ("Source", "Log", "Records", "Plots", "Values"):
         await opened.tab(name)
-        found = await opened.page.evaluate("axe.run()")
-        assert [(rule["id"], rule["nodes"][0]["html"]) for rule in found["violations"]] == []
+        assert await violations_of(opened.page) == []
 
 
 @pytest.mark.slow
