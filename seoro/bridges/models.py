@@ -7,7 +7,9 @@ own models come last. `file://` names a file directly.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Container, Iterator, Sequence
+from functools import cache
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
@@ -90,16 +92,26 @@ class ModelPath:
         for folder in (*self.folders, OWN_MODELS):
             if folder.is_dir():
                 yield from sorted(path.name for path in folder.iterdir() if path.is_dir())
-        yield from sorted(entry_points(group="seoro.models").names)
+        yield from sorted(name for name, _ in _packages(tuple(sys.path)))
 
     def _roots(self, name: str) -> Iterator[Path]:
         for folder in self.folders:
             yield folder / name
-        for entry in entry_points(group="seoro.models", name=name):
-            spec = find_spec(entry.module)
+        for module in (module for named, module in _packages(tuple(sys.path)) if named == name):
+            spec = find_spec(module)
             if spec is not None and spec.origin is not None:
                 yield Path(spec.origin).parent
         yield OWN_MODELS / name
+
+
+@cache
+def _packages(path: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Return the names and modules of packages with models; looking for them takes 10 ms, as much as a short run.
+
+    Args:
+        path: Search path of modules, which decides about the packages.
+    """
+    return tuple((entry.name, entry.module) for entry in entry_points(group="seoro.models"))
 
 
 def files_in(folder: Path, suffixes: Container[str]) -> Iterator[Path]:

@@ -183,10 +183,10 @@ class Run:
         """
         self._has_begun = True
         raised: BaseException | None = None
-        begun = asyncio.Event()
+        begun, loop = asyncio.Event(), asyncio.get_running_loop()
         async with asyncio.TaskGroup() as group:
             group.create_task(self._execute(begun))
-            limiting = group.create_task(self._enforce(limit))
+            limiting = None if isinf(limit.seconds) else loop.call_later(limit.seconds, self._enforce, limit)
             try:
                 await asyncio.sleep(0)  # a task that is cancelled before its first step never runs
                 begun.set()
@@ -196,16 +196,14 @@ class Run:
             except BaseException as error:  # of the block: raised without an exception group
                 raised = error
             finally:
+                if limiting is not None:
+                    limiting.cancel()
                 self._stop("the block that started it has ended")  # no effect on an ended run
-            limiting.cancel()
         if raised is not None:
             raise raised
 
-    async def _enforce(self, limit: WallLimit) -> None:
-        try:
-            async with asyncio.timeout(None if isinf(limit.seconds) else limit.seconds):
-                await self._done.wait()
-        except TimeoutError:
+    def _enforce(self, limit: WallLimit) -> None:
+        if not self._done.is_set():
             self.abort(limit.reason)
 
     async def _execute(self, begun: asyncio.Event) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import AsyncGenerator, Callable
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,13 +87,37 @@ class ResetRun:
         async with background() as group:
             if self._limit is not None:
                 group.start_soon(self._end_after, self._limit)
-            verdict = await self._execution.run()
+            async with _shielded(self._execution.stop):
+                verdict = await self._execution.run()
         if verdict.status is not RunStatus.PASSED:
             raise BackendError(reason_text(verdict))
 
     async def _end_after(self, limit: float) -> None:
         await anyio.sleep(limit)
         self._execution.fail_backend(BackendError(_too_long(limit)))
+
+
+@asynccontextmanager
+async def _shielded(stop: Callable[[str], None]) -> AsyncGenerator[None]:
+    """Call `stop` when a cancel scope around the block is cancelled, without interrupting the block.
+
+    Leaving the block raises if such a scope or this task was cancelled.
+
+    Args:
+        stop: Called immediately, with the reason.
+    """
+
+    async def call_when_cancelled() -> None:
+        try:
+            await anyio.sleep_forever()
+        finally:
+            stop("its task was cancelled")  # no effect at the end of the block
+
+    async with anyio.create_task_group() as watch:
+        watch.start_soon(call_when_cancelled)
+        with anyio.CancelScope(shield=True):
+            yield
+        watch.cancel_scope.cancel()
 
 
 class _RelativeTime:

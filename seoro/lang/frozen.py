@@ -225,20 +225,22 @@ def _arguments(cls: type[Frozen], values: tuple[Any, ...], named: dict[str, Any]
     Raises:
         TypeError: A field is missing, duplicate or unknown.
     """
-    names = cls.__match_args__
-    given = dict(zip(names, values, strict=False))
-    if len(values) > len(names):
-        raise TypeError(f"{cls.__name__} has {len(names)} fields, but got {len(values)} values")
-    for name, value in named.items():
-        if name in given or name not in names:
-            raise TypeError(f"{cls.__name__}: {'duplicate' if name in given else 'unknown'} field {name!r}")
-        given[name] = value
-    missing = [name for name in names if name not in given]
-    for name in missing:
-        if name not in cls.__field_defaults__:
+    names, defaults = cls.__match_args__, cls.__field_defaults__
+    found, used = list(values), 0
+    for name in names[len(values) :]:
+        if name in named:
+            found.append(named[name])
+            used += 1
+        elif name in defaults:
+            found.append(_default(defaults[name]))
+        else:
             raise TypeError(f"{cls.__name__}: missing field {name!r}")
-        given[name] = _default(cls.__field_defaults__[name])
-    return tuple(given[name] for name in names)
+    if used < len(named):
+        wrong = next(name for name in named if name not in names[len(values) :])
+        raise TypeError(f"{cls.__name__}: {'duplicate' if wrong in names else 'unknown'} field {wrong!r}")
+    if len(found) > len(names):
+        raise TypeError(f"{cls.__name__} has {len(names)} fields, but got {len(values)} values")
+    return tuple(found)
 
 
 def _default(default: Any) -> Any:

@@ -149,6 +149,12 @@ class Lexer:
         tokens.append(Token("$END", None, len(text), len(text)))
         return tokens
 
+    def lone_number(self, offset: int) -> Token | None:
+        """Return the token of a text that is one number from `offset`; None for others."""
+        found = _TOKEN.match(self._text, offset)
+        is_number = found is not None and found["number"] is not None and found.end() == len(self._text)
+        return self._number(found) if found is not None and is_number else None
+
     def _indentation(self, offset: int) -> tuple[int, int]:
         """Return the offset of a line's first non-blank character, and its column from 0."""
         column = 0

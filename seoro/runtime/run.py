@@ -22,7 +22,7 @@ from seoro.runtime.contracts.backends import CONTACT, DEPARTURE, WARNING, Backen
 from seoro.runtime.events.declared import Events
 from seoro.runtime.execution.assignment import ActorAssignment
 from seoro.runtime.execution.context import ExecutionContext, Invoked
-from seoro.runtime.execution.guest import end_backends, shielded
+from seoro.runtime.execution.ending import end_backends
 from seoro.runtime.execution.names import Location
 from seoro.runtime.execution.outputs import OutputFile, Outputs
 from seoro.runtime.execution.services import Decision, Services
@@ -215,7 +215,9 @@ class Execution:
     # -------------------------------------------------------- the run
 
     async def run(self) -> Verdict:
-        """Run to the end, and return the verdict.
+        """Run to the end, and return the verdict. Call it in a task without cancel scopes of anyio around.
+
+        Such scopes cancel repeatedly, at every await, which would interrupt clean-ups.
 
         Raises:
             asyncio.CancelledError: The caller's task was cancelled; the run has stopped and cleaned up.
@@ -233,24 +235,23 @@ class Execution:
         root = self._services.root = scheduler.start_root(self._perform_entry)
         root.past.cause = beginning
         cancelled = False
-        async with shielded(self._stop_with_task):
-            for backend in settings.backends:
-                await backend.start_run(partial(self._on_event, backend), self.fail_backend)
-            rates = settings.pose_rate, settings.scan_rate
-            await start_tracking(settings.backends, *rates, scheduler, self._trace)
-            settings.clock.start()
-            self._has_started = True
-            self._services.common.share.begin()
-            try:
-                await scheduler.run(self._stop_with_task, self._settings.grace, self._services.common.end)
-            except asyncio.CancelledError:
-                cancelled = True
-            if self._settings.backends:
-                await end_backends(self._settings.backends, self._settings.grace)
-            verdict = self.verdict = self._conclude(time.monotonic() - wall_start)
-            if self._application is not None:
-                self._application.end()
-            self._record_end(verdict)  # leaving the block may raise
+        for backend in settings.backends:
+            await backend.start_run(partial(self._on_event, backend), self.fail_backend)
+        rates = settings.pose_rate, settings.scan_rate
+        await start_tracking(settings.backends, *rates, scheduler, self._trace)
+        settings.clock.start()
+        self._has_started = True
+        self._services.common.share.begin()
+        try:
+            await scheduler.run(self._stop_with_task, self._settings.grace, self._services.common.end)
+        except asyncio.CancelledError:
+            cancelled = True
+        if self._settings.backends:
+            await end_backends(self._settings.backends, self._settings.grace)
+        verdict = self.verdict = self._conclude(time.monotonic() - wall_start)
+        if self._application is not None:
+            self._application.end()
+        self._record_end(verdict)  # leaving the block may raise
         if cancelled:
             raise asyncio.CancelledError
         return verdict

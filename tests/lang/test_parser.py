@@ -54,6 +54,21 @@ def test_a_range_constructor_and_a_field_named_range_are_distinguished() -> None
     assert isinstance(expression("range * 2"), ast.Arithmetic)
 
 
+@pytest.mark.parametrize(
+    "text", ["5", "0x1F", "0.25", "1e-3", "2.5mps", "3x::s", "1|km|", "18446744073709551616", "1e999"]
+)
+def test_a_lone_number_is_read_as_in_a_longer_expression(text: str) -> None:
+    alone, longer = (SourceFile("<number>", whole) for whole in (f"a={text}", f"a={text} + b"))
+    bags = Bag(), Bag()
+    tree, summed = parse_expression(alone, bags[0], 2), parse_expression(longer, bags[1], 2)
+    assert [each.code for each in bags[0].diagnostics] == [each.code for each in bags[1].diagnostics]
+    assert (tree is None) is (summed is None)
+    if tree is not None:
+        assert isinstance(summed, ast.Arithmetic)
+        assert repr(tree) == repr(summed.left)
+        assert (tree.span.start, tree.span.text) == (2, text)
+
+
 def test_operators_have_the_precedence_of_the_standard() -> None:
     tree = expression("not a == 1 + 2 * -b and c or d => e ? f : g ? h : i")
     assert isinstance(tree, ast.TernaryOpExp)

@@ -23,6 +23,8 @@ def processor_time(process: int | None) -> float | None:
     Args:
         process: Process id; None for no process.
     """
+    if process is None:
+        return None
     try:
         text = Path(f"/proc/{process}/stat").read_text(encoding="ascii")
     except OSError:

@@ -9,7 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from seoro.lang import solve
-from seoro.lang.plan import Call, Compare, Constraint, Expression, Field, FieldDeclaration, Global, Structure, walk
+from seoro.lang.plan import (
+    Call,
+    Compare,
+    Constraint,
+    Expression,
+    Field,
+    FieldDeclaration,
+    Global,
+    Literal,
+    Structure,
+    walk,
+)
 from seoro.lang.solve.sets import contains, natural
 from seoro.runtime.choose.plain import fill
 from seoro.runtime.choose.slots import domain_of
@@ -46,8 +57,15 @@ def settle(
         EvaluationError: A default has no value.
     """
     try:
-        given = dict(_values(roots, overrides, environment, evaluate))
-        conditions = [*_conditions(roots, given), *_from_outside(overrides)]
+        given: dict[str, Value] = {}
+        others: list[Constraint] = []
+        for override in overrides:
+            found = _constant(roots, override, environment, evaluate)
+            if found is None or found[0] in given:  # two of one parameter may contradict each other
+                others.append(override)
+            else:
+                given[found[0]] = found[1]
+        conditions = [*_conditions(roots, given), *_from_outside(others)]
         fields.update(given)
         is_settled = all(evaluate(condition, environment) for condition in conditions)
     except (_Open, EvaluationError):
@@ -58,25 +76,28 @@ def settle(
     return is_settled
 
 
-def _values(
-    roots: tuple[Structure, ...], overrides: tuple[Constraint, ...], environment: Environment, evaluate: Evaluate
-) -> Iterator[tuple[str, Value]]:
-    """Yield the values of overrides that are constants for whole scalar parameters."""
-    declared = {name: field for root in roots for name, field in root.fields.items()}
-    for override in overrides:
-        match override.condition:
-            case Compare("==", Field(name) | Global(name), value) if name in declared and _is_constant(value):
-                domain = domain_of(declared[name].type)
-                if domain is None or declared[name].is_variable:
-                    raise _Open
-                constant = evaluate(value, environment)
-                if not contains(natural(solve.Cell(name, declared[name].span, domain)), constant):
-                    raise _Open
-                yield name, constant
+def _constant(
+    roots: tuple[Structure, ...], override: Constraint, environment: Environment, evaluate: Evaluate
+) -> tuple[str, Value] | None:
+    """Return the name and the value if an override is a constant for a whole scalar parameter."""
+    match override.condition:
+        case Compare("==", Field(name) | Global(name), value) if _is_constant(value):
+            declared = next((root.fields[name] for root in reversed(roots) if name in root.fields), None)
+            if declared is None:
+                return None
+            domain = domain_of(declared.type)
+            if domain is None or declared.is_variable:
+                raise _Open
+            constant = evaluate(value, environment)
+            if not contains(natural(solve.Cell(name, declared.span, domain)), constant):
+                raise _Open
+            return name, constant
+        case _:
+            return None
 
 
 def _is_constant(value: Expression) -> bool:
-    return not any(isinstance(part, Field | Global | Call) for part in walk(value))
+    return type(value) is Literal or not any(isinstance(part, Field | Global | Call) for part in walk(value))
 
 
 def _conditions(roots: tuple[Structure, ...], given: Mapping[str, Value]) -> Iterator[Expression]:
@@ -99,7 +120,7 @@ def _conditions(roots: tuple[Structure, ...], given: Mapping[str, Value]) -> Ite
 
 
 def _from_outside(overrides: tuple[Constraint, ...]) -> Iterator[Expression]:
-    """Yield the conditions of overrides; two of one parameter may contradict each other."""
+    """Yield the conditions of overrides that set no parameter."""
     for override in overrides:
         if _calls(override.condition):
             raise _Open
