@@ -6,6 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 
+from seoro.campaign.numbers import Numbers
 from seoro.campaign.runs import End, Planned, Point, Row
 from seoro.campaign.space.space import Space
 from seoro.campaign.store.batches import Batch, read_batches
@@ -53,7 +54,7 @@ class Planner:
 
     def _continue(self, on_batch: Callable[[Batch], object]) -> None:
         """Plan what an earlier session has left, and bring the strategy to where it was."""
-        ended: set[int] = set()
+        ended = Numbers()
         for batch in read_batches(self._folder.folder):
             on_batch(batch)
             self._record_batch(batch)

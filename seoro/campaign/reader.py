@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from seoro.campaign.numbers import Numbers
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.folder import read_rows
 
@@ -23,7 +24,7 @@ class RowReader:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._seen: set[int] = set()
+        self._seen = Numbers()
         self._stored: Iterator[Row] = iter(())
         self._is_behind = True  # rows on the disk may be unread
         self._new: deque[Row] = deque()
@@ -56,8 +57,7 @@ class RowReader:
                     raise StopAsyncIteration
                 self._changed.clear()
                 await self._changed.wait()
-            elif row.run not in self._seen and row.status is not End.IMPOSSIBLE:
-                self._seen.add(row.run)
+            elif row.status is not End.IMPOSSIBLE and self._seen.add(row.run):
                 return row
 
     def _next(self) -> Row | None:

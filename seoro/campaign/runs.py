@@ -10,6 +10,7 @@ from typing import Any, Final, TypeVar
 
 from pydantic_core import from_json
 
+from seoro.campaign.numbers import Numbers
 from seoro.lang.frozen import Value
 from seoro.runtime.trace.jsonl import to_json
 from seoro.runtime.verdict import RunStatus
@@ -163,12 +164,9 @@ class Row(Value):
 
 
 def each_once(rows: Iterable[Row]) -> Iterator[Row]:
-    """Yield the first row of each run; a run has several if its worker died after it had written one."""
-    seen: set[int] = set()
-    for row in rows:
-        if row.run not in seen:
-            seen.add(row.run)
-            yield row
+    """Return the first row of each run; a run has several if its worker died after it had written one."""
+    seen = Numbers()
+    return (row for row in rows if seen.add(row.run))
 
 
 OF_THE_MACHINE: Final = frozenset(

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from pydantic_core import from_json
 
+from seoro.campaign.numbers import Numbers
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.folder import row_in, shards_of
 from seoro.campaign.store.lines import read_blocks
@@ -117,19 +118,14 @@ def read_batches(folder: Path) -> Iterator[Batch]:
     Raises:
         UsageError: A row is invalid.
     """
-    seen: set[int] = set()
+    seen = Numbers()
     for path in shards_of(folder):
         first = 1
         for lines in read_blocks(path):
             batch = Batch(lines, partial(_place, path, first))
             first += len(lines)
-            runs = batch.column("run")
-            new = set(runs)
-            if len(new) < len(runs) or not seen.isdisjoint(new):
-                batch = batch.select([position for position, run in enumerate(runs) if not _add(seen, run)])
-            else:
-                seen |= new
-            yield batch
+            new = [position for position, run in enumerate(batch.column("run")) if seen.add(run)]
+            yield batch if len(new) == len(batch) else batch.select(new)
 
 
 def _together(heads: Iterable[bytes]) -> list[Sequence[Any]] | None:
@@ -150,10 +146,3 @@ def _coverage_of(row: Row) -> bytes:
 
 def _place(path: Path, first: int, position: int) -> str:
     return f"{path}:{first + position}"
-
-
-def _add(seen: set[int], run: int) -> bool:
-    """Add a run; returns whether it was there."""
-    was_there = run in seen
-    seen.add(run)
-    return was_there
