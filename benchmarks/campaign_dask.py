@@ -1,7 +1,9 @@
 """Campaign on a Dask cluster whose workers are killed: `python -m benchmarks.campaign_dask`.
 
 It prints the distinct rows, the runs that were made again, and the processor time of all processes, also for the
-same campaign on this machine alone. The load of the machine changes processor times by up to a factor of two.
+same campaign on this machine alone. Each Dask worker starts a pool, which takes as long as many short runs. So the
+time of further runs is printed, too: of those after the first third. The load of the machine changes processor
+times by up to a factor of two.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from threading import Thread
 from typing import Final
 
 from seoro.campaign.runs import Row
@@ -41,6 +44,7 @@ scenario waits:
             repeat({waits})
         compare(load, "<", 0.9)
 """
+AT_THE_END: Final = 20  # runs, during which workers begin to idle
 PERIOD: Final = 0.5  # [s] between checks of the progress
 QUIET: Final = {  # as in the documentation
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
@@ -62,12 +66,16 @@ def main() -> None:
         folder = Path(name)
         (folder / "waits.osc").write_text(SCENARIO.format(waits=options.waits))
         before = _cpu()
-        _campaign(folder, "here", options.runs, "--jobs", "2").wait()
+        campaign = _campaign(folder, "here", options.runs, "--jobs", "2")
+        further_here = _further(campaign, folder / "here", options.runs)
         _reap()
         here = _cpu() - before
         with _cluster(folder, options.workers) as (address, workers, started):
             campaign = _campaign(folder, "out", options.runs, "--dask", address)
-            _kill_during(campaign, workers[: options.killed], folder, options.runs)
+            killing = Thread(target=_kill_during, args=(campaign, workers[: options.killed], folder, options.runs))
+            killing.start()
+            further = _further(campaign, folder / "out", options.runs)
+            killing.join()
         on_dask = _cpu() - before - here
         rows = list(read_rows(folder / "out"))
         again = _made_again(folder, rows)
@@ -78,6 +86,8 @@ def main() -> None:
     work = on_dask - started
     print(f"on Dask: {work:.0f} s, {1e3 * work / options.runs:.1f} ms a run; their start: {started:.0f} s")
     print(f"beyond this machine: {work / here - 1:.1%}")
+    print(f"further runs: {1e3 * further_here:.1f} ms here, {1e3 * further:.1f} ms on Dask")
+    print(f"beyond this machine: {further / further_here - 1:.1%}")
 
 
 def _campaign(folder: Path, out: str, runs: int, *place: str) -> subprocess.Popen[bytes]:
@@ -113,7 +123,7 @@ def _cluster(folder: Path, number: int) -> Iterator[tuple[str, list[subprocess.P
         address = json.loads(file.read_text())["address"]
         count = f"import distributed; distributed.Client({address!r}).wait_for_workers({number})"
         subprocess.run([sys.executable, "-c", count], check=True)
-        yield address, workers, _cpu() - before + sum(map(_cpu_of, workers))
+        yield address, workers, _cpu() - before + sum(map(_cpu_of, [scheduler, *workers]))
     _reap()
 
 
@@ -133,12 +143,36 @@ def _dask(program: str, folder: Path, *options: str) -> subprocess.Popen[bytes]:
 def _kill_during(
     campaign: subprocess.Popen[bytes], workers: list[subprocess.Popen[bytes]], folder: Path, runs: int
 ) -> None:
-    """Kill workers one after another, equally distributed over the campaign, and wait for its end."""
+    """Kill workers one after another, equally distributed over the campaign."""
     for number, worker in enumerate(workers, start=1):
         wanted = runs * number // (len(workers) + 1)
         _wait(lambda wanted=wanted: _lines(folder / "out" / RUNS) >= wanted or campaign.poll() is not None)  # type: ignore[misc]
         worker.kill()
+
+
+def _further(campaign: subprocess.Popen[bytes], folder: Path, runs: int) -> float:
+    """Wait for a campaign; returns the processor time of a run after the first third [s]."""
+    taken: list[tuple[int, float]] = []
+    for wanted in (runs // 3, runs - AT_THE_END):
+        _wait(lambda wanted=wanted: _lines(folder / RUNS) >= wanted or campaign.poll() is not None)  # type: ignore[misc]
+        taken.append((_lines(folder / RUNS), _cpu_of_all()))
     campaign.wait()
+    (first, before), (last, after) = taken
+    return (after - before) / max(1, last - first)
+
+
+def _cpu_of_all() -> float:
+    """Return the processor time of all ended and running processes below this one [s]."""
+    parents, times = dict[int, int](), dict[int, float]()
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            fields = path.read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
+            parents[int(path.parent.name)] = int(fields[1])
+            times[int(path.parent.name)] = sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+    below = {os.getpid()}
+    while new := {each for each, parent in parents.items() if parent in below} - below:
+        below |= new
+    return _cpu() + sum(times[each] for each in below - {os.getpid()})
 
 
 def _made_again(folder: Path, rows: Sequence[Row]) -> int:

@@ -6,7 +6,7 @@ the time of a short run in a campaign. Where anything is open or broken, the sol
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from seoro.lang import solve
 from seoro.lang.plan import (
@@ -119,7 +119,7 @@ def _conditions(roots: tuple[Structure, ...], given: Mapping[str, Value]) -> Ite
                     raise _Open
 
 
-def _from_outside(overrides: tuple[Constraint, ...]) -> Iterator[Expression]:
+def _from_outside(overrides: Sequence[Constraint]) -> Iterator[Expression]:
     """Yield the conditions of overrides that set no parameter."""
     for override in overrides:
         if _calls(override.condition):
