@@ -16,7 +16,7 @@ from sim_nodes.cameras import Cameras
 from sim_nodes.extents import BoundingBox, bounding_box
 from sim_nodes.outcomes import feature_unsupported, operation_failed, unknown
 from sim_nodes.physics import BodyModel, BodyState, DrivesBodies, Engine
-from sim_nodes.robots.urdf_check import parts_of_robot
+from sim_nodes.robots.moving_links import parts_of_robot
 from sim_nodes.spawning import Spawned
 from sim_nodes.stateful import Stateful
 from sim_nodes.terrain.ground import Ground

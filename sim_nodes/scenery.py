@@ -14,7 +14,8 @@ from sim_nodes.geometry import Pose2, quaternion
 from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.physics import FLOOR, Engine, PlacedRobot
 from sim_nodes.robots.declaration import MobileDeclaration
-from sim_nodes.robots.urdf_check import parts_of_robot
+from sim_nodes.robots.moving_links import link_in_base, moving_links, parts_by_link
+from sim_nodes.simple_hulls import simplified
 from sim_nodes.views import TERRAIN, WALL, Colour, colour_of
 from sim_nodes.worlds.loader import World
 
@@ -66,15 +67,29 @@ def describe_scene(
 
 def describe_robot(engine: Engine, robot: PlacedRobot) -> wire.SceneEntity:
     """Describe a robot in its present posture."""
-    parts = list(parts_of_robot(engine, robot, engine.body_state(robot.name)))
+    base = engine.body_state(robot.name)
+    parts = list(parts_by_link(engine, robot, base))
+    moving = moving_links(robot.declaration)
+    shapes = [(link, describe_part(part, ROBOT_COLOUR)) for link, part in parts]
     return wire.SceneEntity(
         name=robot.name,
         kind="robot",
         model=robot.declaration.model,
         footprint=_footprint(robot.declaration.mobile),
-        height=_height(parts),
-        shapes=tuple(describe_part(part, ROBOT_COLOUR) for part in parts),
+        height=_height(part for _, part in parts),
+        shapes=tuple(
+            shape.model_copy(update={"link": link}) if link in moving else shape for link, shape in shapes
+        ),
+        links=tuple(
+            wire.SceneLink(name=link, pose=link_values(engine, robot.name, link, base)) for link in moving
+        ),
     )
+
+
+def link_values(engine: Engine, robot: str, link: str, base: BodyState) -> tuple[float, ...]:
+    """Return the pose of a link in the frame of its robot, as messages have it."""
+    (x, y, z), (qw, qx, qy, qz) = link_in_base(engine, robot, link, base)
+    return tuple(map(_rounded, (x, y, z, qx, qy, qz, qw)))
 
 
 def _footprint(mobile: MobileDeclaration | None) -> tuple[tuple[float, float], ...]:
@@ -102,10 +117,12 @@ def describe_body(entities: Entities, name: str) -> wire.SceneEntity:
 
 
 def describe_part(part: Part, colour: Colour, entity: str = "") -> wire.SceneShape:
-    """Describe a shape; a hull becomes an upright prism around it."""
+    """Describe a shape; a hull has fewer corners than its part, and a flat one becomes an upright prism."""
     w, x, y, z = part.orientation
     pose = (*part.position, x, y, z, w)
     points: tuple[tuple[float, float], ...] = ()
+    corners = triangles = b""
+    sizes: tuple[float, ...] = ()
     match part.shape:
         case Box(size=size):
             kind, sizes = "box", tuple(size)
@@ -115,6 +132,9 @@ def describe_part(part: Part, colour: Colour, entity: str = "") -> wire.SceneSha
             kind, sizes = "cylinder", (radius, length)
         case Capsule(radius=radius, length=length):
             kind, sizes = "capsule", (radius, length)
+        case Hull() if (hull := simplified(part.shape)) is not None:
+            kind = "hull"
+            corners, triangles = hull.corners.astype("<f4").tobytes(), hull.triangles.tobytes()
         case _:
             low, high = lowest_of(part, AT_ORIGIN), highest_of(part, AT_ORIGIN)
             kind, sizes = "polygon", (high - low,)
@@ -125,6 +145,8 @@ def describe_part(part: Part, colour: Colour, entity: str = "") -> wire.SceneSha
         pose=tuple(map(_rounded, pose)),
         size=tuple(map(_rounded, sizes)),
         points=points,
+        corners=corners,
+        triangles=triangles,
         color="#" + "".join(f"{round(255 * share):02x}" for share in colour[:3]),
         entity=entity,
     )

@@ -15,9 +15,10 @@ from sim_nodes.entities import Entities
 from sim_nodes.outcomes import operation_failed
 from sim_nodes.physics import Engine
 from sim_nodes.plans import Plans
+from sim_nodes.robots.moving_links import moving_links
 from sim_nodes.robots.robot import Robot
 from sim_nodes.scan_samples import ScanSamples
-from sim_nodes.scenery import describe_body
+from sim_nodes.scenery import describe_body, link_values
 from sim_nodes.ticks import IDLE_TICKS, TICK
 from sim_nodes.worlds.loader import World
 
@@ -26,6 +27,7 @@ MAX_WAITING = 16 * 1024 * 1024  # [bytes] of samples that wait for a grant
 OVERHEAD = 200  # [bytes] of a sample besides its numbers
 
 POSE = Struct(f"<{wire.POSE_VALUES}d")
+LINK = Struct(f"<{wire.LINK_VALUES}d")
 BELIEVED = Struct(f"<{wire.BELIEVED_VALUES}d")
 
 
@@ -34,6 +36,7 @@ class Mark:
     """State of the tracks, to return to."""
 
     poses: Mapping[str, bytes]
+    links: Mapping[tuple[str, str], bytes]
     believed: Mapping[str, bytes]
     since: Mapping[str, float]
     plans: Plans
@@ -52,6 +55,7 @@ class Tracks:
     def __init__(self) -> None:
         self.every = 0
         self._poses: dict[str, bytes] = {}  # last samples by entity
+        self._links: dict[tuple[str, str], bytes] = {}  # by robot and link
         self._believed: dict[str, bytes] = {}
         self._since: dict[str, float] = {}  # times at which the described entities were spawned [s]
         self._plans = Plans()
@@ -90,7 +94,7 @@ class Tracks:
         """Stop, and drop the waiting samples."""
         self.every = 0
         self.discard()
-        self._poses, self._believed, self._scene = {}, {}, None
+        self._poses, self._links, self._believed, self._scene = {}, {}, {}, None
         self._plans, self._scans = Plans(), ScanSamples()
 
     def continue_in(self, world: World, describe: Callable[[], wire.Scene]) -> None:
@@ -100,7 +104,7 @@ class Tracks:
             world: The present world.
             describe: Returns its scene.
         """
-        self._poses, self._believed = {}, {}
+        self._poses, self._links, self._believed = {}, {}, {}
         if self.every and world != self._world:
             self._world, self._scene = world, describe()
 
@@ -138,7 +142,8 @@ class Tracks:
         self._poses, self._believed, self._since = poses, believed, since
         plans = tuple(self._plans.sample(time, robots))
         scans = tuple(self._scans.sample(time, tick, robots))
-        if moved or localised or removed or plans or scans:
+        moved_links = tuple(self._sample_links(engine, robots))
+        if moved or localised or removed or plans or scans or moved_links:
             self._add(
                 wire.TrackSample(
                     time=time,
@@ -151,12 +156,28 @@ class Tracks:
                     scene=scene,
                     plans=plans,
                     scans=scans,
+                    moved_links=moved_links,
                 )
             )
+
+    def _sample_links(self, engine: Engine, robots: Mapping[str, Robot]) -> Iterator[wire.TrackLinks]:
+        """Yield the links that moved against the base of their robot, of each robot with such links."""
+        for name, robot in robots.items():
+            links = moving_links(robot.declaration)
+            base = engine.body_state(name) if links else None
+            moved: dict[str, bytes] = {}
+            for link in links:
+                assert base is not None, "of a robot with links"
+                pose = LINK.pack(*link_values(engine, name, link, base))
+                if self._links.get((name, link)) != pose:
+                    self._links[name, link] = moved[link] = pose
+            if moved:
+                yield wire.TrackLinks(robot=name, links=tuple(moved), poses=b"".join(moved.values()))
 
     def _add(self, sample: wire.TrackSample) -> None:
         size = OVERHEAD + len(sample.poses) + len(sample.believed)
         size += sum(len(plan.points) for plan in sample.plans) + sum(len(scan.ranges) for scan in sample.scans)
+        size += sum(len(moved.poses) for moved in sample.moved_links)
         if self._size + size > MAX_WAITING:
             self._dropped += 1
             return
@@ -175,12 +196,13 @@ class Tracks:
 
     def mark(self) -> Mark:
         """Return the state, before the simulation goes ahead."""
-        state = self._poses, self._believed, self._since, self._plans.copy(), self._scans.copy()
+        state = self._poses, dict(self._links), self._believed, self._since, self._plans.copy(), self._scans.copy()
         return Mark(*state, len(self._waiting), self._size)
 
     def rewind(self, mark: Mark) -> None:
         """Return to a state."""
-        self._poses, self._believed, self._since = dict(mark.poses), dict(mark.believed), dict(mark.since)
+        self._poses, self._links = dict(mark.poses), dict(mark.links)
+        self._believed, self._since = dict(mark.believed), dict(mark.since)
         self._plans, self._scans = mark.plans.copy(), mark.scans.copy()
         del self._waiting[mark.waiting :]
         self._size = mark.size

@@ -67,6 +67,7 @@ def _tables(reading: Reading, packed: Packed) -> dict[str, Any]:
     packed.add_table("events", events)
     return {
         "entities": reading.tracks.pack(packed),
+        "links": packed.rest("links", reading.tracks.links),
         "beams": packed.rest("beams", reading.tracks.beams),
         "series": reading.series.pack(packed),
         "rows": [row.plain() for row in packed.rest("rows", reading.behaviors.rows)],

@@ -14,7 +14,7 @@ from seoro.report.columns import integers, reals
 from seoro.report.rows import Behaviors
 from seoro.report.series import AllSeries
 from seoro.report.strings import Strings
-from seoro.report.tracks import Tracks
+from seoro.report.tracks import MOST_ENTITIES, Tracks
 from seoro.traces.reader import InvalidRecord, LineReader, Record
 
 MOST_LISTED: Final = 2_000  # margins, and samples of coverage
@@ -107,6 +107,7 @@ class Reading:
             "scan": self.tracks.scan,
         }
         self._kinds |= {name: _Kind(0, handle, is_bulky=True) for name, handle in bulky.items()}
+        self._kinds["entity"] = _Kind(0, self._entity)
 
     @property
     def kinds(self) -> Counter[str]:
@@ -186,6 +187,13 @@ class Reading:
     def _scene(self, record: Record, seq: int) -> None:
         if self.scene is None:
             self.scene = record
+
+    def _entity(self, record: Record, seq: int) -> None:
+        """Add an entity that was spawned, or the robot of a bridge, which has no scene."""
+        entity, scene = record.get("entity"), self.scene or {}
+        known = scene.get("entities", [])
+        if isinstance(entity, dict) and isinstance(known, list) and len(known) < MOST_ENTITIES:
+            self.scene = {**scene, "entities": [*known, entity]}
 
     def _event(self, record: Record, seq: int) -> None:
         self.event_times.append(record["t"])

@@ -73,6 +73,7 @@ class Tracks:
         self._names: dict[str, int] = {}
         self._tracks: list[Track] = []
         self._believed: dict[int, Track] = {}
+        self._links: dict[tuple[str, str], Track] = {}  # by robot and link
         self._paths = _Lists()
         self._scans = _Lists()
         self._beams: list[list[float]] = []
@@ -88,9 +89,20 @@ class Tracks:
         for name, values in _items(record, "entities"):
             if isinstance(values, list) and len(values) >= _POSE and (number := self._number(name)) is not None:
                 self._tracks[number].add(time, values)
+        for robot, links in _items(record, "links"):
+            self._add_links(robot, links, time)
         for name, values in _items(record, "believed"):
             if isinstance(values, list) and len(values) == 3 and (number := self._number(name)) is not None:
                 self._believed.setdefault(number, Track()).add(time, [values[0], values[1], 0, 0, 0, values[2], 0])
+
+    def _add_links(self, robot: str, links: object, time: float) -> None:
+        for link, values in links.items() if isinstance(links, dict) else ():
+            if not isinstance(values, list) or len(values) < _POSE:
+                continue
+            if (robot, link) not in self._links and len(self._links) >= MOST_ENTITIES:
+                self.omitted += 1
+                continue
+            self._links.setdefault((robot, link), Track()).add(time, values)
 
     def path(self, record: Record, seq: int = 0) -> None:
         """Add a record `path`; malformed parts are skipped."""
@@ -122,9 +134,16 @@ class Tracks:
             _pack(packed, f"track.{number}", track)
         for number, track in self._believed.items():
             _pack(packed, f"believed.{number}", track)
+        for number, track in enumerate(self._links.values()):
+            _pack(packed, f"link.{number}", track)
         self._paths.pack(packed, "paths")
         self._scans.pack(packed, "scans")
         return [{"name": name} for name in packed.rest("entities", list(self._names))]
+
+    @property
+    def links(self) -> list[list[str]]:
+        """Robot and name of each link with poses, in the order of their columns."""
+        return [list(names) for names in self._links]
 
     @property
     def beams(self) -> list[list[float]]:

@@ -7,15 +7,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 from defusedxml import ElementTree
 
-from sim_nodes.geometry import Frame, conjugate, multiply, rotated, vector, wrap, yaw_of
+from sim_nodes.geometry import Frame, wrap, yaw_of
 from sim_nodes.manipulation.chain import Chain, Limits, joint_limits
 from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.stl import hull_of_stl
 from sim_nodes.models.urdf import frame_of, read_origin, read_shape
-from sim_nodes.physics import BodyState, Engine, Part, PlacedRobot, Shape, Urdf
+from sim_nodes.physics import Part, Shape, Urdf
 from sim_nodes.robots.declaration import ArmDeclaration, LidarDeclaration, MobileDeclaration, RobotDeclaration
 from sim_nodes.robots.derive.model import read_model
 from sim_nodes.robots.derive.wheels import wheel_place
@@ -205,13 +204,3 @@ def _shape(collision: Any, declaration: RobotDeclaration) -> Shape:
     if shape.tag == "mesh":
         return hull_of_stl(dict(declaration.meshes)[shape.get("filename")])
     return read_shape(shape, xml.label(collision))
-
-
-def parts_of_robot(engine: Engine, robot: PlacedRobot, base: BodyState) -> Iterator[Part]:
-    """Yield the collision shapes of a robot in its present posture, in the frame of its base."""
-    back = conjugate(base.orientation)
-    solid = {link: parts for link, parts in link_parts(robot.declaration).items() if parts}
-    for link, parts in solid.items():
-        position, orientation = engine.link_pose(robot.name, link)
-        place = rotated(back, vector(np.subtract(position, base.position)))
-        yield from (part.placed(place, multiply(back, orientation)) for part in parts)

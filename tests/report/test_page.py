@@ -11,6 +11,8 @@ import pytest
 from seoro.cli.main import main
 from seoro.report.blocks import Blocks
 from seoro.report.columns import Packed, integers, reals, small
+from seoro.report.folder import Results
+from seoro.report.frames import Frame
 from seoro.report.page import NoRecords, write_report
 from seoro.report.reading import Reading
 from seoro.report.repeat import repeat_command
@@ -37,6 +39,23 @@ def test_executions_of_a_behavior_share_a_row() -> None:
     reading.read(io.BytesIO("\n".join(map(json.dumps, lines)).encode()))
     assert [(row.path, row.name) for row in reading.behaviors.rows] == [("main/serial[0]/wait[0]", "wait")]
     assert reading.behaviors.totals()[0] == {"running": 3}
+
+
+def test_links_and_later_entities_are_part_of_the_data() -> None:
+    found = records()
+    at = next(number for number, each in enumerate(found) if each["kind"] == "poses")
+    arm = {"name": "arm", "kind": "robot", "real": True, "shapes": []}
+    added = {**found[at], "kind": "entity", "entity": arm}
+    moved = {**found[at], "entities": {}, "links": {"arm": {"elbow": [0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]}}}
+    found[at:at] = [added, moved]
+    reading = Reading()
+    reading.read(io.BytesIO("\n".join(json.dumps({**each, "seq": n}) for n, each in enumerate(found)).encode()))
+    written = bytearray()
+    frame = Frame(reading, Results(), written.extend)
+    data = json.loads(frame.text)
+    assert data["links"] == [["arm", "elbow"]]
+    assert data["layout"]["link.0.t"] == ["f8", 1]
+    assert [each["name"] for each in data["scene"]["entities"]] == ["tb4", "arm"]
 
 
 def test_hostile_texts_are_escaped() -> None:

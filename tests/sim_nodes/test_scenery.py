@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from seoro.bridges import wire
@@ -64,13 +65,49 @@ def test_people_doors_and_spawned_bodies_have_kinds() -> None:
     assert kinds == {ROBOT: "robot", "guest": "person", "box": "object"}
 
 
-def test_hulls_are_prisms() -> None:
-    points = b"".join(
-        struct.pack("<3d", x, y, z) for x, y in ((0, 0), (2, 0), (2, 1), (0, 1), (1, 0.5)) for z in (1, 4)
-    )
-    shape = scenery.describe_part(Part(Hull(points)), (0.0, 0.0, 0.0, 1.0))
-    assert (shape.kind, shape.pose[2], shape.size) == ("polygon", 2.5, (3.0,))
+def hull(*points: tuple[float, float, float]) -> Part:
+    return Part(Hull(b"".join(struct.pack("<3d", *point) for point in points)))
+
+
+def test_hulls_have_few_corners_and_triangles_that_face_outwards() -> None:
+    generator = np.random.default_rng(1)
+    directions = generator.normal(size=(500, 3))
+    ball = directions / np.linalg.norm(directions, axis=1)[:, None] * (1.0, 1.0, 3.0)
+    shape = scenery.describe_part(hull(*map(tuple, ball.tolist())), (0.0, 0.0, 0.0, 1.0))
+    corners = np.frombuffer(shape.corners, "<f4").reshape(-1, 3)
+    triangles = np.frombuffer(shape.triangles, np.uint8).reshape(-1, 3)
+    assert shape.kind == "hull"
+    assert 14 <= len(corners) <= 26
+    assert len(triangles) == 2 * len(corners) - 4  # a closed surface
+    a, b, c = (corners[triangles[:, index]] for index in range(3))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0
+    assert 0.7 * 4.0 * np.pi < volume < 4.0 * np.pi
+
+
+def test_flat_hulls_are_prisms() -> None:
+    flat = [(x, y, 1.0) for x, y in ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0), (1.0, 0.5))]
+    shape = scenery.describe_part(hull(*flat), (0.0, 0.0, 0.0, 1.0))
+    assert (shape.kind, shape.pose[2], shape.size) == ("polygon", 1.0, (0.0,))
     assert set(shape.points) == {(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_links_of_arms_have_poses_in_scenes_and_samples(engine: str) -> None:
+    client = Client("arm_cell", engine=engine)
+    [arm] = [entity for entity in scene_of(client).entities if entity.kind == "robot"]
+    links = [link.name for link in arm.links]
+    assert "forearm_link" in links
+    assert {shape.link for shape in arm.shapes} == {"", *links}
+    client.ask(wire.START_TRACKS, wire.StartTracks(rate=10.0))
+    motion = wire.FollowJointTrajectory(
+        id="move", robot=arm.name, joint_names=("wrist_1_joint",), points=((-1.0,),)
+    )
+    client.ask(wire.FOLLOW_JOINT_TRAJECTORY, motion)
+    moved = [each for sample in client.advance(1.0).tracks for each in sample.moved_links]
+    assert moved[0].links == tuple(links)
+    assert len(moved) > 5
+    assert "wrist_1_link" in moved[-1].links
+    assert "upper_arm_link" not in moved[-1].links
 
 
 def test_a_scene_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -154,6 +154,29 @@ def test_an_invalid_record_leaves_no_file(tmp_path: Path, capsys: pytest.Capture
     assert {each.name for each in tmp_path.iterdir()} == {"trace.jsonl"}
 
 
+def test_links_of_arms_have_frames(tmp_path: Path) -> None:
+    turned = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]
+    shape = {"kind": "box", "pose": [0.5, 0.0, 1.0, 0, 0, 0, 1], "size": [1.0, 0.1, 0.1], "link": "elbow"}
+    hull = {"kind": "hull", "pose": POSE, "size": [], "corners": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}
+    hull["triangles"] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    arm = {"name": "arm", "shapes": [shape, hull], "links": {"elbow": turned}}
+    scene = {**RECORDS[1], "entities": [arm]}
+    moved = {"kind": "poses", "t": 1.0, "time": 1.0, "entities": {}, "links": {"arm": {"elbow": POSE}}}
+    assert main(["trace", trace(tmp_path, [RECORDS[0], scene, moved]), "--mcap", str(tmp_path / "run.mcap")]) == 0
+    found = messages(tmp_path / "run.mcap")
+    frames = [(time, frame) for time, message in found["/tf"] for frame in message.transforms]
+    assert [(time, frame.parent_frame_id, frame.child_frame_id) for time, frame in frames] == [
+        (0.0, "arm", "arm/elbow"),
+        (1.0, "arm", "arm/elbow"),
+    ]
+    entities = {each.id: each for _, update in found["/scene"] for each in update.entities}
+    assert len(entities["arm"].triangles[0].points) == 12
+    [box] = entities["arm/elbow"].cubes
+    # The link is turned by half a turn about z at (0, 0, 1).
+    assert (box.pose.position.x, box.pose.position.z) == pytest.approx((-0.5, 0.0))
+    assert abs(box.pose.orientation.z) == pytest.approx(1.0)
+
+
 def film(path: Path, count: int) -> Path:
     encoder = Encoder(64, 48, 10)
     for number in range(count):

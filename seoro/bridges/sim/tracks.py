@@ -16,6 +16,7 @@ from seoro.runtime.contracts.tracks import PlanSample, PoseSample, ScanSample, S
 _TOLERANCE = 1e-9  # [s]
 _POSES = Struct(f"<{wire.POSE_VALUES}d")
 _POINT = Struct("<2d")
+_LINK = Struct(f"<{wire.LINK_VALUES}d")
 _RANGE = Struct("<f")
 _RANGE_DIGITS = 3
 _BELIEVED = Struct(f"<{wire.BELIEVED_VALUES}d")
@@ -106,6 +107,7 @@ class TrackRequests(Requests):
             return PoseSample(
                 sample.time,
                 _rows(_POSES, sample.entities, sample.poses),
+                {each.robot: _rows(_LINK, each.links, each.poses) for each in sample.moved_links},
                 _rows(_BELIEVED, sample.localised, sample.believed),
                 sample.removed,
             )

@@ -14,19 +14,31 @@ class SceneShape(Message):
 
     `size` of a `box` is its three edges, of a `sphere` its radius, of a `polygon` its height. A `cylinder` or
     `capsule` has radius and length along z; the ends of a capsule are beyond. A polygon is an upright prism around
-    its pose, whose outline has the corners `points`.
+    its pose, whose outline has the corners `points`. A convex `hull` has `corners`, x, y, z of each one in
+    little-endian floats of 32 bits [m], and `triangles`, three indices of one byte each, counterclockwise from
+    outside. The shape moves with a `link` of its robot, or with the base if that is empty.
     """
 
     kind: str
     pose: tuple[float, ...]
     size: tuple[float, ...]
     points: tuple[tuple[float, float], ...] = ()
+    corners: bytes = b""
+    triangles: bytes = b""
     color: str  # "#rrggbb"
+    link: str = ""
     entity: str = ""  # owner of a shape in `map`
 
 
+class SceneLink(Message):
+    """Pose of a link in the frame of its robot: x, y, z [m], quaternion x, y, z, w."""
+
+    name: str
+    pose: tuple[float, ...]
+
+
 class SceneEntity(Message):
-    """A robot or a movable object with its shapes; arms have their posture of that time."""
+    """A robot or a movable object with its shapes, in the posture of that time."""
 
     name: str
     kind: str  # robot, object, person or door
@@ -35,6 +47,7 @@ class SceneEntity(Message):
     footprint: tuple[tuple[float, float], ...] = ()  # of a robot, counterclockwise [m]
     height: float = 0.0  # of its highest point above its origin [m]
     shapes: tuple[SceneShape, ...] = ()
+    links: tuple[SceneLink, ...] = ()  # with shapes that move against the base
 
 
 class ScenePlace(Message):

@@ -6,6 +6,7 @@ from seoro.bridges.wire.message import Empty, Message, Verb
 from seoro.bridges.wire.scene import Scene, SceneEntity
 
 POSE_VALUES = 13  # of an entity: position, quaternion (x, y, z, w), linear and angular velocity
+LINK_VALUES = 7  # of a link: position and quaternion (x, y, z, w)
 BELIEVED_VALUES = 3  # of a robot: x, y, yaw
 MAX_PLAN = 500  # points of a plan
 MAX_BEAMS = 100_000  # of a scan
@@ -27,6 +28,17 @@ class TrackPlan(Message):
 
     robot: str
     points: bytes = b""
+
+
+class TrackLinks(Message):
+    """Links of a robot that moved against its base.
+
+    `poses` has 7 little-endian doubles per link: x, y, z [m] and quaternion x, y, z, w, in the frame of the robot.
+    """
+
+    robot: str
+    links: tuple[str, ...]
+    poses: bytes
 
 
 class TrackScan(Message):
@@ -61,6 +73,7 @@ class TrackSample(Message):
     scene: Scene | None = None  # another world since then
     plans: tuple[TrackPlan, ...] = ()  # of robots that have planned again, at most once per second each
     scans: tuple[TrackScan, ...] = ()
+    moved_links: tuple[TrackLinks, ...] = ()
 
 
 START_TRACKS = Verb("start_tracks", StartTracks, Empty)

@@ -16,12 +16,15 @@ class PoseSample(Value):
         time: Time of the sample on the backend's clock [s]; None for now, on the clock of the run.
         entities: Position, quaternion (x, y, z, w), linear and angular velocity by entity [m, m/s, rad/s], in
             `map`; 13 numbers each.
+        links: Poses of links that moved against the base of their robot, by robot and link: position [m] and
+            quaternion (x, y, z, w) in the frame of the robot.
         believed: x, y [m] and yaw [rad] of the localisation by robot, if they changed.
         removed: Entities that were deleted since the sample before.
     """
 
     time: float | None
     entities: Mapping[str, tuple[float, ...]]
+    links: Mapping[str, Mapping[str, tuple[float, ...]]] = field(default_factory=dict)
     believed: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     removed: tuple[str, ...] = ()
 

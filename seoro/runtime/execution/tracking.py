@@ -38,6 +38,8 @@ async def start_tracking(
             record_soon("scan", sample.time, scan_fields(sample))
             return
         fields: dict[str, Any] = {"entities": dict(sample.entities)}
+        if sample.links:
+            fields["links"] = {robot: dict(links) for robot, links in sample.links.items()}
         if sample.believed:
             fields["believed"] = dict(sample.believed)
         if sample.removed:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from importlib import resources
 from pathlib import Path
@@ -35,7 +35,15 @@ from foxglove.messages import (
 
 from seoro.files.replacing import replacing
 from seoro.traces.foxglove.films import FORMAT, film_pictures
-from seoro.traces.foxglove.scenes import MAP, UPRIGHT, entity_update, grid_of, removal_update, scene_update
+from seoro.traces.foxglove.scenes import (
+    MAP,
+    UPRIGHT,
+    entity_update,
+    grid_of,
+    link_frame,
+    removal_update,
+    scene_update,
+)
 from seoro.traces.foxglove.values import SECOND, to_pose, to_quaternion, to_timestamp
 
 LAYOUT: Final = "foxglove-layout.json"
@@ -137,6 +145,8 @@ class _Recording:
                 text = f"{record['status']}: {record['reason']}" if record["reason"] else record["status"]
                 self._log.log(_log(text, level, record, stamp), log_time=at)
             case "scene":
+                if frames := list(_frames_of_scene(record, stamp)):
+                    self._frames.log(FrameTransforms(transforms=frames), log_time=at)
                 self._scene.log(scene_update(record, stamp), log_time=at)
                 if record.get("map") is not None:
                     self._map.log(grid_of(record["map"], stamp), log_time=at)
@@ -184,7 +194,28 @@ def _log(message: str, level: LogLevel | None, record: Record, stamp: Timestamp)
     )
 
 
+def _frames_of_scene(scene: Record, stamp: Timestamp) -> Iterator[FrameTransform]:
+    """Yield the frames of links in the posture of a scene."""
+    for entity in scene["entities"]:
+        yield from _frames_of_links(entity["name"], entity.get("links", {}), stamp)
+
+
+def _frames_of_links(
+    robot: str, links: Mapping[str, Sequence[float]], stamp: Timestamp
+) -> Iterator[FrameTransform]:
+    for link, (x, y, z, *rotation) in links.items():
+        yield FrameTransform(
+            timestamp=stamp,
+            parent_frame_id=robot,
+            child_frame_id=link_frame(robot, link),
+            translation=Vector3(x=x, y=y, z=z),
+            rotation=to_quaternion(rotation),
+        )
+
+
 def _transforms(record: Record, stamp: Timestamp) -> Iterator[FrameTransform]:
+    for robot, links in record.get("links", {}).items():
+        yield from _frames_of_links(robot, links, stamp)
     for name, (x, y, z, qx, qy, qz, qw, *_) in record["entities"].items():
         yield FrameTransform(
             timestamp=stamp,

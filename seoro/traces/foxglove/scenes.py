@@ -27,7 +27,7 @@ from foxglove.messages import (
     Vector3,
 )
 
-from seoro.traces.foxglove.values import GREY, to_color, to_pose
+from seoro.traces.foxglove.values import GREY, relative_pose, to_color, to_pose
 
 MAP = "map"
 MAX_CELLS = 100_000_000  # of a map
@@ -42,13 +42,13 @@ def scene_update(scene: Fields, time: Timestamp) -> SceneUpdate:
     for shape in scene["shapes"]:
         static[shape.get("entity", "")].append(shape)
     entities = [_entity(name, MAP, shapes, time) for name, shapes in static.items()]
-    entities += [_entity(each["name"], each["name"], each["shapes"], time) for each in scene["entities"]]
+    entities += [found for each in scene["entities"] for found in _entities(each, time)]
     return SceneUpdate(entities=entities)
 
 
 def entity_update(entity: Fields, time: Timestamp) -> SceneUpdate:
     """Convert an entity that was spawned."""
-    return SceneUpdate(entities=[_entity(entity["name"], entity["name"], entity["shapes"], time)])
+    return SceneUpdate(entities=list(_entities(entity, time)))
 
 
 def removal_update(names: Sequence[str], time: Timestamp) -> SceneUpdate:
@@ -81,6 +81,24 @@ def grid_of(known: Fields, time: Timestamp) -> Grid:
         fields=[PackedElementField(name="occupancy", offset=0, type=PackedElementFieldNumericType.Uint8)],
         data=cells,
     )
+
+
+def link_frame(robot: str, link: str) -> str:
+    """Return the frame of a link of a robot."""
+    return f"{robot}/{link}"
+
+
+def _entities(entity: Fields, time: Timestamp) -> Iterator[SceneEntity]:
+    """Yield an entity, and its links that move, each with its shapes in its own frame."""
+    name, links = entity["name"], entity.get("links", {})
+    yield _entity(name, name, [shape for shape in entity["shapes"] if shape.get("link") not in links], time)
+    for link, frame in links.items():
+        shapes = [
+            {**shape, "pose": relative_pose(frame, shape["pose"])}
+            for shape in entity["shapes"]
+            if shape.get("link") == link
+        ]
+        yield _entity(link_frame(name, link), link_frame(name, link), shapes, time)
 
 
 def _entity(name: str, frame: str, shapes: Sequence[Fields], time: Timestamp) -> SceneEntity:
@@ -117,6 +135,10 @@ def _primitives(shape: Fields) -> Iterator[Primitive]:
                 for end in (-0.5, 0.5):
                     place = _along(shape["pose"], end * length)
                     yield SpherePrimitive(pose=to_pose(place), size=_ball(radius), color=color)
+        case "hull":
+            corners = [Point3(x=x, y=y, z=z) for x, y, z in shape["corners"]]
+            points = [corners[index] for triangle in shape["triangles"] for index in triangle]
+            yield TriangleListPrimitive(pose=pose, points=points, color=color)
         case "polygon":
             points = _prism(shape["points"], size[0])
             yield TriangleListPrimitive(pose=pose, points=points, color=color)

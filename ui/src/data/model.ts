@@ -15,7 +15,7 @@ export interface Series extends SeriesData {
 
 const NOTHING: Meta = {
   ...{ start: null, end: null, scene: null, sources: [], tree: [], time: 0, count: 0, kinds: [], counts: {}, statuses: [] },
-  ...{ step: 1, rows: [], strings: [], entities: [], beams: [], series: [], blocks: [], layout: {}, margins: [] },
+  ...{ step: 1, rows: [], strings: [], entities: [], beams: [], links: [], series: [], blocks: [], layout: {}, margins: [] },
   ...{ samples: [], notes: [], command: "", measurements: {}, coverage: {} },
 };
 

@@ -1,9 +1,12 @@
 // Poses of robots and bodies over time.
+import { composed, inverse, type Spatial } from "./frames3";
 import { Scans } from "./scans";
-import type { Meta, SceneEntity } from "./types";
+import type { Meta, SceneEntity, Shape } from "./types";
 import { after, type Columns, grown } from "./unpack";
 
 export interface Pose {
+  /** Time of the run [s]. */
+  time: number;
   x: number;
   y: number;
   z: number;
@@ -21,6 +24,8 @@ const VELOCITY = 7; // index of the first velocity
 /** Samples of one robot or body. Numbers are in steps. */
 export class Track {
   times = new Float64Array(0);
+  /** Links that move against the base. */
+  readonly links = new Map<string, Track>();
   private readonly columns: Int32Array<ArrayBuffer>[] = FIELDS.map(() => new Int32Array(0));
   /** Whether samples have velocities; otherwise these come from differences of poses. */
   private hasVelocities = false;
@@ -79,46 +84,73 @@ export class Track {
     return Math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z);
   }
 
-  /** Pose at a time, between two samples; null before the first one. */
-  at(time: number): Pose | null {
+  /** Samples around a time, and the share of the later one; null before the first sample. */
+  private around(time: number): [index: number, next: number, share: number] | null {
     const next = after(this.times, time + 1e-9);
     if (next === 0) return null;
     const index = next - 1;
-    const pose = this.sample(index);
-    if (next >= this.times.length) return pose;
+    if (next >= this.times.length) return [index, index, 0];
     const span = this.times[next]! - this.times[index]!;
     // A pause of the samples is rest, and a jump is not a way.
-    const share = span > 0 && span < 1.5 ? (time - this.times[index]!) / span : 0;
-    if (Math.hypot(this.x(next) - pose.x, this.y(next) - pose.y) > 1) return pose;
-    const turn = wrapped(this.yaw(next) - pose.yaw);
+    const isWay = span > 0 && span < 1.5 && Math.hypot(this.x(next) - this.x(index), this.y(next) - this.y(index)) <= 1;
+    return [index, next, isWay ? (time - this.times[index]!) / span : 0];
+  }
+
+  /** Pose at a time, between two samples; null before the first one. */
+  at(time: number): Pose | null {
+    const found = this.around(time);
+    if (found === null) return null;
+    const [index, next, share] = found;
+    const pose = { ...this.sample(index), time };
     pose.x += share * (this.x(next) - pose.x);
     pose.y += share * (this.y(next) - pose.y);
-    pose.yaw += share * turn;
+    pose.yaw += share * wrapped(this.yaw(next) - pose.yaw);
     return pose;
   }
 
-  /** Position and quaternion (x, y, z, w) at a time; null before the first sample. */
-  spatial(time: number): number[] | null {
-    const pose = this.at(time);
-    if (pose === null) return null;
-    const index = after(this.times, time + 1e-9) - 1;
-    const [qx, qy, qz, qw] = [3, 4, 5, 6].map((field) => this.columns[field]![index]! * this.step) as Quaternion;
-    // The yaw is between two samples, the tilt that of the earlier one.
-    const half = wrapped(pose.yaw - this.yaw(index)) / 2;
-    const [cos, sin] = [Math.cos(half), Math.sin(half)];
-    return [pose.x, pose.y, pose.z, cos * qx - sin * qy, cos * qy + sin * qx, cos * qz + sin * qw, cos * qw - sin * qz];
+  /** Position and quaternion (x, y, z, w) at a time, between two samples; null before the first one. */
+  spatial(time: number): Spatial | null {
+    const found = this.around(time);
+    if (found === null) return null;
+    const [index, next, share] = found;
+    const value = (field: number, sample: number) => this.columns[field]![sample]! * this.step;
+    const rotations = [index, next].map((sample) => [3, 4, 5, 6].map((field) => value(field, sample)));
+    const [from, to] = rotations as [number[], number[]];
+    const sign = from.reduce((sum, part, at) => sum + part * to[at]!, 0) < 0 ? -1 : 1; // the shorter way
+    const mixed = from.map((part, at) => part + share * (sign * to[at]! - part));
+    const length = Math.hypot(...mixed) || 1;
+    const place = [0, 1, 2].map((field) => value(field, index) + share * (value(field, next) - value(field, index)));
+    return [...place, ...mixed.map((part) => part / length)];
+  }
+
+  /** Shapes of the entity at a time, in its own frame: links of robots move. */
+  shapes(time: number): Shape[] {
+    const shapes = this.scene?.shapes ?? [];
+    if (this.links.size === 0) return shapes;
+    const moves = new Map<string, Spatial>();
+    for (const [link, track] of this.links) {
+      const first = this.scene?.links?.[link];
+      const now = track.spatial(time);
+      if (first && now) moves.set(link, composed(now, inverse(first)));
+    }
+    return shapes.map((shape) => {
+      const move = moves.get(shape.link ?? "");
+      return move === undefined ? shape : { ...shape, pose: [...composed(move, shape.pose)] };
+    });
   }
 
   sample(index: number): Pose {
     const z = this.z(index);
     const turn = this.columns[12]![index]! * this.step;
-    return { x: this.x(index), y: this.y(index), z, yaw: this.yaw(index), speed: this.speed(index), turn };
+    const time = this.times[index]!;
+    return { time, x: this.x(index), y: this.y(index), z, yaw: this.yaw(index), speed: this.speed(index), turn };
   }
 }
 
 export class Tracks {
   readonly tracks: Track[] = [];
   readonly believed: (Track | null)[] = [];
+  private readonly links: Track[] = [];
   private readonly scans = new Scans();
   private pathTimes = new Float64Array(0);
   private pathEntities = new Int32Array(0);
@@ -147,11 +179,21 @@ export class Tracks {
       const believed = (this.believed[index] ??= new Track(track.name, null, this.step));
       believed.append(columns, `believed.${index}`);
     });
+    this.appendLinks(more.links ?? [], columns);
     this.scans.append(columns, more.beams ?? []);
     this.pathTimes = grown(this.pathTimes, columns.reals("paths.t"));
     this.pathEntities = grown(this.pathEntities, columns.integers("paths.entity"));
     this.pathEnds = grown(this.pathEnds, columns.integers("paths.end"));
     this.pathValues = grown(this.pathValues, columns.integers("paths.value"));
+  }
+
+  private appendLinks(more: [robot: string, link: string][], columns: Columns): void {
+    for (const [robot, link] of more) {
+      const track = new Track(link, null, this.step);
+      this.links.push(track);
+      this.tracks.find((each) => each.name === robot)?.links.set(link, track);
+    }
+    this.links.forEach((track, index) => track.append(columns, `link.${index}`));
   }
 
   get isEmpty(): boolean {

@@ -94,6 +94,11 @@ export interface Shape {
   size: number[];
   /** Outline of a polygon. */
   points?: [number, number][];
+  /** Corners of a hull, and its triangles. */
+  corners?: [number, number, number][];
+  triangles?: [number, number, number][];
+  /** Link of a robot with which it moves. */
+  link?: string;
   color?: string;
 }
 
@@ -105,6 +110,8 @@ export interface SceneEntity {
   footprint?: [number, number][];
   height?: number;
   shapes?: Shape[];
+  /** Poses of links in the posture of the shapes. */
+  links?: { [name: string]: number[] };
 }
 
 export interface GridMap {
@@ -164,6 +171,7 @@ export interface Meta {
   strings: string[];
   entities: { name: string }[];
   beams: number[][];
+  links: [robot: string, link: string][];
   series: SeriesData[];
   blocks: BlockData[];
   layout: { [name: string]: [string, number] };

@@ -2,8 +2,10 @@
 import type { RunModel } from "../data/model";
 import { fromBase64, inflate } from "../data/unpack";
 import type { GridMap, Shape } from "../data/types";
+import type { Spatial } from "../data/frames3";
 import type { Pose, Track } from "../data/tracks";
 import { clip, plain } from "../text";
+import { outlineOf } from "./outlines";
 import { niceStep, type Theme } from "./theme";
 
 /** From metres of the world to pixels. */
@@ -125,42 +127,25 @@ function isFlat(shape: Shape): boolean {
   return shape.kind === "box" && (shape.pose[2] ?? 0) + (shape.size[2] ?? 1) / 2 <= 0.02;
 }
 
-/** Draw the outline of a shape; its pose is relative to that of its entity. */
+/** Draw a shape; its pose is relative to that of its entity. */
 function drawShape(
   context: CanvasRenderingContext2D,
   view: View,
   shape: Shape,
-  around: Pose | null,
+  around: Spatial | null,
   fallback: string,
   colours: Theme,
 ): void {
-  const [px = 0, py = 0, , qx = 0, qy = 0, qz = 0, qw = 1] = shape.pose;
-  let [x, y, yaw] = [px, py, Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))];
-  if (around !== null) {
-    const [cos, sin] = [Math.cos(around.yaw), Math.sin(around.yaw)];
-    [x, y, yaw] = [around.x + cos * px - sin * py, around.y + sin * px + cos * py, yaw + around.yaw];
-  }
-  const [sx, sy] = screen(view, x, y);
-  context.save();
-  context.translate(sx, sy);
-  context.rotate(-yaw);
+  const outline = outlineOf(shape, around);
+  if (outline.length === 0) return;
   context.fillStyle = shape.color && /^#[0-9a-f]{6}/i.test(shape.color) ? shape.color.slice(0, 7) : fallback;
   context.strokeStyle = colours.text;
   context.lineWidth = 0.5;
-  const [a = 0.1, b = a] = shape.size;
   context.beginPath();
-  if ((shape.points?.length ?? 0) >= 3) {
-    shape.points!.forEach(([px, py], index) => context[index === 0 ? "moveTo" : "lineTo"](px * view.scale, -py * view.scale));
-    context.closePath();
-  } else if (shape.kind === "cylinder" || shape.kind === "sphere" || shape.kind === "capsule") {
-    context.arc(0, 0, Math.max(a * view.scale, 1), 0, 2 * Math.PI);
-  } else {
-    const [width, height] = [Math.max(a * view.scale, 1), Math.max(b * view.scale, 1)];
-    context.rect(-width / 2, -height / 2, width, height);
-  }
+  outline.forEach(([x, y], index) => context[index === 0 ? "moveTo" : "lineTo"](...screen(view, x, y)));
+  context.closePath();
   context.fill();
   context.stroke();
-  context.restore();
 }
 
 /** Draw the way of an entity from one sample to another, without points that share a pixel. */
@@ -195,8 +180,10 @@ export function drawEntity(
   context.lineWidth = 2;
   context.strokeStyle = colours.surface;
   context.fillStyle = colour;
-  if ((!isRobot || footprint.length < 3) && scene?.shapes?.length) {
-    for (const shape of scene.shapes) drawShape(context, view, shape, pose, colour, colours);
+  const shapes = track.shapes(pose.time);
+  const frame = track.spatial(pose.time);
+  if ((!isRobot || footprint.length < 3) && shapes.length > 0) {
+    for (const shape of shapes) drawShape(context, view, shape, frame, colour, colours);
   } else {
     context.beginPath();
     if (footprint.length >= 3) {
@@ -212,8 +199,9 @@ export function drawEntity(
     }
     context.fill();
     context.stroke();
+    for (const shape of shapes) if (shape.link) drawShape(context, view, shape, frame, colour, colours);
   }
-  if (isRobot) drawDirection(context, x, y, pose.yaw, Math.max(9, 0.22 * view.scale), colours);
+  if (isRobot && (footprint.length >= 3 || shapes.length === 0)) drawDirection(context, x, y, pose.yaw, Math.max(9, 0.22 * view.scale), colours);
   drawName(context, x, y, scene?.real ? `${name} (real)` : name, Math.max(9, 0.2 * view.scale), colours);
 }
 

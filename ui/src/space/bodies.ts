@@ -1,7 +1,8 @@
 // Shapes of a scene as objects of three.js. Axes are those of the map: x and y in the plane, z up [m].
 import {
   BoxGeometry,
-  type BufferGeometry,
+  BufferAttribute,
+  BufferGeometry,
   CapsuleGeometry,
   Color,
   CylinderGeometry,
@@ -9,9 +10,11 @@ import {
   Group,
   Mesh,
   MeshLambertMaterial,
+  type Object3D,
   Shape as Outline,
   SphereGeometry,
 } from "three";
+import type { Spatial } from "../data/frames3";
 import type { SceneEntity, Shape } from "../data/types";
 
 const ROUND = 20; // sides of round shapes
@@ -22,15 +25,19 @@ const UNKNOWN_HEIGHT = 0.2; // [m]
 export function bodyOf(shapes: Shape[], colour: string): Group {
   const group = new Group();
   for (const shape of shapes) {
-    const geometry = geometryOf(shape);
-    if (geometry === null) continue;
-    const mesh = new Mesh(geometry, materialOf(shape.color, colour));
-    const [x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 1] = shape.pose;
-    mesh.position.set(x, y, z);
-    mesh.quaternion.set(qx, qy, qz, qw);
+    // One for each shape, also of an unknown kind: bodies are moved shape by shape.
+    const mesh = new Mesh(geometryOf(shape) ?? new BufferGeometry(), materialOf(shape.color, colour));
+    place(mesh, shape.pose);
     group.add(mesh);
   }
   return group;
+}
+
+/** Move an object to a pose: x, y, z [m] and a quaternion x, y, z, w. */
+export function place(object: Object3D, pose: Spatial): void {
+  const [x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 1] = pose;
+  object.position.set(x, y, z);
+  object.quaternion.set(qx, qy, qz, qw);
 }
 
 /** Make the body of an entity; one without shapes is its footprint, or a cylinder. */
@@ -46,7 +53,7 @@ export function entityBody(entity: SceneEntity | null, colour: string): Group {
   );
 }
 
-function geometryOf({ kind, size, points }: Shape): BufferGeometry | null {
+function geometryOf({ kind, size, points, corners, triangles }: Shape): BufferGeometry | null {
   const [a = 0.1, b = a, c = b] = size;
   switch (kind) {
     case "box":
@@ -57,11 +64,20 @@ function geometryOf({ kind, size, points }: Shape): BufferGeometry | null {
       return new CylinderGeometry(a, a, b, ROUND).rotateX(Math.PI / 2); // three.js has them along y
     case "capsule":
       return new CapsuleGeometry(a, b, ROUND / 4, ROUND).rotateX(Math.PI / 2);
+    case "hull":
+      return corners && triangles ? mesh(corners, triangles) : null;
     case "polygon":
       return (points?.length ?? 0) >= 3 ? prism(points!, a) : null;
     default:
       return null;
   }
+}
+
+function mesh(corners: [number, number, number][], triangles: [number, number, number][]): BufferGeometry {
+  const places = triangles.flat().flatMap((index) => corners[index] ?? [0, 0, 0]);
+  const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(places), 3));
+  geometry.computeVertexNormals(); // of each triangle, since they share no corners
+  return geometry;
 }
 
 /** Upright prism; its origin is in the middle of its height. */

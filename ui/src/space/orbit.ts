@@ -17,11 +17,11 @@ export class Orbit {
     this.camera.up.set(0, 0, 1);
   }
 
-  /** Show an extent in full, from the south and above. */
-  fit([x0, y0, x1, y1]: Extent): void {
-    this.target.set((x0 + x1) / 2, (y0 + y1) / 2, 0);
+  /** Show an extent up to a height [m] in full, from the south and above. */
+  fit([x0, y0, x1, y1]: Extent, height: number): void {
+    this.target.set((x0 + x1) / 2, (y0 + y1) / 2, height / 3);
     const share = Math.tan((FIELD * Math.PI) / 360);
-    this.distance = Math.max((y1 - y0) / 2 / share, (x1 - x0) / 2 / share / this.camera.aspect, 1) * 1.1;
+    this.distance = Math.max((y1 - y0) / 2 / share, (x1 - x0) / 2 / share / this.camera.aspect, 1) * 1.1 + height / 2;
     [this.azimuth, this.elevation] = [-Math.PI / 2, 0.9];
     this.place();
   }

@@ -29,13 +29,14 @@ import type { Track } from "../data/tracks";
 import { after } from "../data/unpack";
 import { type Theme, theme } from "../draw/theme";
 import { extentOf } from "../draw/world";
-import { bodyOf, entityBody } from "./bodies";
+import { bodyOf, entityBody, place } from "./bodies";
 import { labelOf } from "./labels";
 import type { Picture } from "./loading";
 import { Orbit } from "./orbit";
 
 const ABOVE = 0.02; // [m] of lines above the ground
 const TURN = 0.008; // [rad/pixel]
+const HIGHEST = 3; // [m] of entities that are shown in full
 const JUMP = 2; // [m] between two samples that are not a way
 
 interface Shown {
@@ -73,7 +74,7 @@ class World3D implements Picture {
     this.hits = new Points(new BufferGeometry(), new PointsMaterial({ color: colours.cursor, size: 4, sizeAttenuation: false }));
     this.hits.frustumCulled = false;
     this.scene.add(this.hits);
-    this.orbit.fit(extentOf(run));
+    this.fit();
   }
 
   resize(width: number, height: number): void {
@@ -82,7 +83,7 @@ class World3D implements Picture {
     this.size = [width, height];
     this.renderer.setSize(width, height, false);
     this.orbit.resize(width, height);
-    if (isFirst) this.orbit.fit(extentOf(this.run));
+    if (isFirst) this.fit();
   }
 
   turn(right: number, up: number): void {
@@ -98,7 +99,8 @@ class World3D implements Picture {
   }
 
   fit(): void {
-    this.orbit.fit(extentOf(this.run));
+    const heights = this.run.tracks.tracks.map((track) => track.scene?.height ?? 0);
+    this.orbit.fit(extentOf(this.run), Math.min(Math.max(0, ...heights), HIGHEST));
   }
 
   /** Draw the world at a time of the run [s]. */
@@ -108,8 +110,8 @@ class World3D implements Picture {
       const pose = track.spatial(time);
       body.visible = pose !== null;
       if (pose !== null) {
-        body.position.fromArray(pose);
-        body.quaternion.fromArray(pose, 3);
+        place(body, pose);
+        if (track.links.size > 0) track.shapes(time).forEach((shape, at) => place(body.children[at]!, shape.pose));
       }
       if (shown.samples < track.times.length) {
         way.geometry.setAttribute("position", new BufferAttribute(wayOf(track), 3));
