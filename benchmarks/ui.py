@@ -16,10 +16,13 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import closing
 from pathlib import Path
 
 from playwright.sync_api import Browser, sync_playwright
 
+from seoro.report.following import TraceFile
+from seoro.report.live import LiveRun
 from tests.report.traces import many_records
 
 STATIC = Path(__file__).parents[1] / "seoro/report/static"
@@ -56,6 +59,18 @@ def write(folder: Path, count: int) -> tuple[float, float, int, int]:
     return took, int(done.stderr.split()[-2]) / 1024, trace.stat().st_size, report.stat().st_size
 
 
+def open_served(trace: Path) -> float:
+    """Open a run as `seoro ui` does; returns processor time [s]."""
+    start = time.process_time()
+    run = LiveRun()
+    with closing(TraceFile(trace, run)) as file:
+        while file.poll():
+            pass
+        file.finish()
+        run.frame()
+    return time.process_time() - start
+
+
 def open_in(browser: Browser, path: Path) -> tuple[float, float, float, float]:
     """Open a report; returns first paint and ready [s], heap [MB], and the 95th percentile of a frame [ms]."""
     page = browser.new_page(viewport={"width": 1280, "height": 900})
@@ -87,6 +102,8 @@ def main() -> None:
             took, memory, size, report = write(folder, count)
             print(f"{count:,} records, {size / 1e6:.1f} MB: report of {report / 1e6:.2f} MB, ", end="")
             print(f"{took:.1f} s of a processor, {memory:.0f} MiB")
+            first, later = open_served(folder / f"{count}.jsonl"), open_served(folder / f"{count}.jsonl")
+            print(f"  seoro ui: {first:.1f} s of a processor to read it, {later:.2f} s from the cache")
             browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
             best = [
                 min(values)

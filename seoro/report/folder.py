@@ -13,6 +13,10 @@ from typing import Any, Final
 from seoro.files.inputs import Kind, open_input
 from seoro.report.reading import Reading
 
+_MEASUREMENTS: Final = "measurements.json"
+_COVERAGE: Final = "coverage.json"
+_TRAJECTORIES: Final = "trajectories.csv"
+RESULTS: Final = (_MEASUREMENTS, _COVERAGE, _TRAJECTORIES)
 _SCENE: Final = {"simulator": "engine", "world": "world"}
 _MOST_ROWS: Final = 500_000  # of trajectories; the table of a run has at most 100,000
 
@@ -39,8 +43,8 @@ def results_of(folder: Path | None, reading: Reading) -> Results:
     """
     if folder is None:
         return Results()
-    found = Results(read_json(folder / "measurements.json"), read_json(folder / "coverage.json"))
-    add_trajectories(folder / "trajectories.csv", reading)
+    found = Results(read_json(folder / _MEASUREMENTS), read_json(folder / _COVERAGE))
+    add_trajectories(folder / _TRAJECTORIES, reading)
     if reading.scene is None and found.measurements:
         reading.scene = {key: found.measurements.get(name) for key, name in _SCENE.items()}
     return found

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.files.inputs import Kind, open_input
+from seoro.report.index import load, place_of, store
 from seoro.report.live import LiveRun
 
 _PIECE: Final = 1 << 20  # [bytes] of one call of `poll`
@@ -20,17 +21,20 @@ class TraceFile:
     Args:
         path: The file; it may be created later.
         run: Run that receives its data.
+        folder: Folder with other results of the run; None for none.
     """
 
-    def __init__(self, path: Path, run: LiveRun) -> None:
+    def __init__(self, path: Path, run: LiveRun, folder: Path | None = None) -> None:
         self.path = path
         self._run = run
+        self._folder = folder
+        self._is_loaded = False  # from the cache
         self._file: BufferedReader | None = None
         self._head = b""
         self._offset = 0
 
     def poll(self) -> bool:
-        """Read the next piece; returns whether there was one.
+        """Read the next piece, or a finished run from the cache; returns whether there was anything.
 
         Raises:
             OSError: The file cannot be read. A missing file is empty.
@@ -39,14 +43,39 @@ class TraceFile:
             file = self._opened()
         except FileNotFoundError:
             return False
+        if self._offset == 0 and self._load(file):
+            return True
         data = os.pread(file.fileno(), _PIECE, self._offset)
         if not data:
             return False
-        if len(self._head) < _HEAD:
-            self._head = os.pread(file.fileno(), _HEAD, 0)[: self._offset + len(data)]
-        self._offset += len(data)
+        self._advance(file, len(data))
         self._run.feed(data)
         return True
+
+    def finish(self) -> None:
+        """Mark the trace as complete, and keep its data in the cache."""
+        if self._run.is_finished:
+            return
+        self._run.finish(self._folder)
+        place = place_of(self.path, self._folder)
+        if place is not None and self._file is not None and os.fstat(self._file.fileno()).st_size == self._offset:
+            store(place, self._run.save())
+
+    def _load(self, file: BufferedReader) -> bool:
+        size = os.fstat(file.fileno()).st_size
+        place = place_of(self.path, self._folder)
+        index = None if place is None else load(place)
+        if index is None:
+            return False
+        self._advance(file, size)
+        self._is_loaded = True
+        self._run.load(index)
+        return True
+
+    def _advance(self, file: BufferedReader, size: int) -> None:
+        if len(self._head) < _HEAD:
+            self._head = os.pread(file.fileno(), _HEAD, 0)[: self._offset + size]
+        self._offset += size
 
     def close(self) -> None:
         """Close the file."""
@@ -58,11 +87,13 @@ class TraceFile:
         found = self.path.stat()
         if self._file is not None:
             current = os.fstat(self._file.fileno())
-            is_same = os.path.samestat(found, current) and current.st_size >= self._offset
+            # Data from the cache is complete and cannot grow.
+            size, least = current.st_size, self._offset
+            is_same = os.path.samestat(found, current) and (size == least if self._is_loaded else size >= least)
             if is_same and os.pread(self._file.fileno(), len(self._head), 0) == self._head:
                 return self._file
             self.close()
-            self._head, self._offset = b"", 0
+            self._head, self._offset, self._is_loaded = b"", 0, False
             self._run.restart()
         self._file = open_input(self.path, Kind.TRACE)
         return self._file

@@ -9,6 +9,7 @@ from threading import Lock
 from seoro.report.columns import BEGIN, Position
 from seoro.report.folder import Results, results_of
 from seoro.report.frames import Frame, status_of
+from seoro.report.index import Index
 from seoro.report.reading import Reading
 
 
@@ -36,16 +37,17 @@ class LiveRun:
         self._version = 0
         self._reading = Reading()
         self._results = Results()
+        self._index: Index | None = None
 
     @property
     def status(self) -> str:
         """Status as the trace has it; `running` or `killed` without an end."""
-        return status_of(self._reading)
+        return status_of(self._reading) if self._index is None else self._index.status
 
     @property
     def is_finished(self) -> bool:
         """Whether no more data is expected."""
-        return self._reading.is_finished
+        return self._index is not None or self._reading.is_finished
 
     def feed(self, data: bytes) -> None:
         """Add the next piece of the trace, which may end anywhere."""
@@ -71,6 +73,18 @@ class LiveRun:
             self._version += 1
             self._reading = Reading()
             self._results = Results()
+            self._index = None
+
+    def save(self) -> Index:
+        """Return all data of a finished run."""
+        status, (frame, _) = self.status, self.frame()
+        with self._lock:
+            return Index(status, frame, list(self._reading.blocks.all()))
+
+    def load(self, index: Index) -> None:
+        """Take the data of a finished run instead of reading its trace."""
+        self.restart()
+        self._index = index
 
     def is_current(self, cursor: Cursor | None) -> bool:
         """Return whether a page has all data."""
@@ -87,6 +101,8 @@ class LiveRun:
             (4 bytes, little-endian), the object, and the columns in the order of its field `layout`.
         """
         with self._lock:
+            if self._index is not None:
+                return self._index.frame, Cursor(self._run, self._version, BEGIN)
             since = cursor.position if cursor is not None and cursor.run == self._run else BEGIN
             columns: list[bytes] = []
             frame = Frame(self._reading, self._results, columns.append, since)
@@ -100,4 +116,8 @@ class LiveRun:
             IndexError: The block does not exist.
         """
         with self._lock:
-            return self._reading.blocks.compressed(number)
+            if self._index is None:
+                return self._reading.blocks.compressed(number)
+            if number < 0:
+                raise IndexError(number)
+            return self._index.blocks[number]

@@ -64,13 +64,13 @@ class Feed:
                 self._notify()
 
     async def _read_file(self, source: LocalSource) -> None:
-        with closing(TraceFile(source.trace, self._run)) as file:
+        with closing(TraceFile(source.trace, self._run, source.folder)) as file:
             while True:
                 is_ended = self._registry.get(self._id).run.status.is_final  # before the last read
                 while await anyio.to_thread.run_sync(file.poll):
                     self._notify()
                 if is_ended and not self._run.is_finished:
-                    await anyio.to_thread.run_sync(self._run.finish, source.folder)
+                    await anyio.to_thread.run_sync(file.finish)
                     self._notify()
                 await anyio.sleep(_ENDED if is_ended else _GROWING)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -13,6 +14,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from seoro.cli.main import main
+from seoro.report import index
 from seoro.report.following import TraceFile
 from seoro.report.live import Cursor, LiveRun
 from tests.report.joining import Joined, lines_of
@@ -184,6 +186,64 @@ def test_a_file_is_followed_until_it_is_written_anew(tmp_path: Path) -> None:
     joined.add(run.frame(cursor)[0])
     assert joined.fields["count"] == 9_000
     file.close()
+
+
+def test_a_finished_run_is_read_from_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "measurements.json").write_text('{"engine": "mujoco"}')
+    path = tmp_path / "trace.jsonl"
+    path.write_bytes(encoded(many_records(9_000)))
+    read = read_to_its_end(path)
+    monkeypatch.setattr("seoro.report.reading.Reading.feed", None)  # nothing is read again
+    cached = read_to_its_end(path)
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert cached.frame()[0] == read.frame()[0]
+    assert cached.status == "passed"
+    assert cached.is_finished
+    assert [cached.block(number) for number in range(5)] == [read.block(number) for number in range(5)]
+    for number in (5, -1):
+        with pytest.raises(IndexError):
+            cached.block(number)
+
+    run = LiveRun()
+    file = TraceFile(path, run, tmp_path)
+    assert file.poll()
+    assert not file.poll()
+    _, cursor = run.frame()
+    assert run.is_current(cursor)
+    with path.open("ab") as more:  # the run was not finished
+        more.write(encoded([{"t": 999, "kind": "x"}]))
+    while file.poll():
+        pass
+    file.close()
+    joined = Joined()
+    joined.add(run.frame(cursor)[0])
+    assert (joined.fields["time"], joined.fields["status"]) == (999, "passed")
+
+    [kept] = (tmp_path / "cache/seoro/runs").iterdir()
+    kept.write_bytes(kept.read_bytes()[:-1])  # damaged
+    assert read_to_its_end(path).frame()[0] != read.frame()[0]
+    (tmp_path / "measurements.json").write_text("{}")
+    assert joined_from(read_to_its_end(path)).fields["measurements"] == {}
+
+
+def test_the_cache_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.report.index.MOST_FILES", 2)
+    for number in range(4):
+        index.store(tmp_path / f"{number}.run", index.Index("passed", b"", []))
+        os.utime(tmp_path / f"{number}.run", (number, number))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["2.run", "3.run"]
+
+
+def read_to_its_end(path: Path) -> LiveRun:
+    run = LiveRun()
+    file = TraceFile(path, run, path.parent)
+    while file.poll():
+        pass
+    file.finish()
+    file.close()
+    return run
 
 
 def replace(path: Path, data: bytes) -> None:
