@@ -42,7 +42,8 @@ import seoro
 from seoro.bridges import wire
 from seoro.bridges.executor.messages import AskRecords, State
 from seoro.bridges.session import Session
-from seoro.lab.commands import LabCommands, Outcome
+from seoro.lab.commands import LabCommands
+from seoro.lab.outcomes import Outcome
 from seoro.security.keys.folder import Keys, read_keys
 from seoro.security.keys.roles import Role
 from seoro.security.network.endpoint_keys import security_of

@@ -21,7 +21,8 @@ from seoro.bridges import wire
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.session import Sample, open_session, subscribing
 from seoro.bridges.sim.requests import NodeAddress, ask
-from seoro.lab.commands import LabCommands, Outcome
+from seoro.lab.commands import LabCommands
+from seoro.lab.outcomes import Outcome
 
 ROBOT, SPEED, STILL = "turtlebot4", 0.3, 0.01  # [m/s]
 COMMANDS = f"0/{ROBOT}/cmd_vel/**"

@@ -254,7 +254,8 @@ class RequestLoop:
             return handle(self._simulator, name, payload, partial(self.leasing.authorize, sender))
         request = read_request(verb := wire.NODE_VERBS[name], payload)
         self._authorizer.check_holder(verb, sender, request)
-        self._simulator.discard_checkpoint()
+        if not verb.is_read_only:  # viewers may ask while the simulator is ahead
+            self._simulator.discard_checkpoint()
         return wire.encode(handler(request) or Empty())
 
 

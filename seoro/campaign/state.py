@@ -67,7 +67,18 @@ class State:
         Args:
             is_complete: Whether the campaign was carried out to its end.
         """
-        validity = Validity.NONE
-        if self.campaign.is_sample:
-            validity = Validity.FIXED if is_complete and self.campaign.has_fixed_runs else Validity.ALWAYS
-        return Rate(self.watch.passed, self.watch.failed, validity)
+        return rate_of(self.campaign, self.watch, is_complete=is_complete)
+
+
+def rate_of(campaign: CampaignFile, watch: Watch, *, is_complete: bool) -> Rate:
+    """Return the pass rate of the runs before the first that has not ended.
+
+    Args:
+        campaign: Content of its `campaign.json`.
+        watch: Verdicts of its runs.
+        is_complete: Whether the campaign was carried out to its end.
+    """
+    validity = Validity.NONE
+    if campaign.is_sample:
+        validity = Validity.FIXED if is_complete and campaign.has_fixed_runs else Validity.ALWAYS
+    return Rate(watch.passed, watch.failed, validity)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator
-from dataclasses import asdict
 
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.trace_input import read_records, trace_of
 from seoro.errors import UsageError
 from seoro.text.printable import one_line
-from seoro.traces.difference import Difference, Side, first_difference
+from seoro.traces.comparison import compare_runs
+from seoro.traces.difference import Difference, Side
 from seoro.traces.reader import Record
 from seoro.traces.timeline import MARKS, timeline
 
@@ -35,18 +35,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> Exit:
     """Run the command."""
     runs = [_read(name) for name in (options.first, options.second)]
-    difference = first_difference(*runs)
-    settings = list(_settings(*(found[0] for found in runs)))
+    found = compare_runs(*runs)
     if options.json:
-        found = None if difference is None else asdict(difference)
-        print(json.dumps({"settings": settings, "difference": found}, ensure_ascii=False))
+        print(json.dumps(found.data, ensure_ascii=False))
     else:
         for name, records in zip((options.first, options.second), runs, strict=True):
             print(one_line(f"{name}: {_verdict(records)}"))
-        for name, first, second in settings:
+        for name, first, second in found.settings:
             print(one_line(f"  {name}: {first} and {second}"))
-        print("\n".join(_lines(difference)))
-    return Exit.PASSED if difference is None and not settings else Exit.FAILED
+        print("\n".join(_lines(found.difference)))
+    return Exit.PASSED if found.is_equal else Exit.FAILED
 
 
 def _read(name: str) -> list[Record]:
@@ -63,24 +61,6 @@ def _verdict(records: list[Record]) -> str:
         return f"{start['scenario']} has no end after {end['t']:.3f} s"
     reason = f": {end['reason']}" if end["reason"] else ""
     return f"{start['scenario']} {end['status']} after {end['t']:.3f} s{reason}"
-
-
-def _settings(first: Record, second: Record) -> Iterator[tuple[str, str, str]]:
-    """Yield the settings that differ: name, and both values."""
-    for name in ("scenario", "seed", "clock", "version"):
-        if first.get(name) != second.get(name):
-            yield name, str(first.get(name)), str(second.get(name))
-    ours, theirs = (found.get("parameters") or {} for found in (first, second))
-    for name in sorted({**ours, **theirs}):
-        if ours.get(name) != theirs.get(name):
-            yield f"parameter {name}", json.dumps(ours.get(name)), json.dumps(theirs.get(name))
-    hashes = [
-        {source.get("name"): source.get("sha256") for source in found.get("sources") or ()}
-        for found in (first, second)
-    ]
-    for name in sorted(set(hashes[0]) & set(hashes[1])):
-        if hashes[0][name] != hashes[1][name]:
-            yield f"text of {name}", str(hashes[0][name])[:8], str(hashes[1][name])[:8]
 
 
 def _lines(difference: Difference | None) -> Iterator[str]:

@@ -7,7 +7,7 @@ import asyncio
 import os
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from seoro.cli.exit_status import Exit
@@ -151,6 +151,14 @@ class _Exec:
             with suppress(BackendError):
                 await self._run.simulator.clear()
 
+    def _pictures(self, run: Run) -> AbstractAsyncContextManager[None]:
+        """Serve live pictures while a block lasts, if there is a simulator."""
+        if run.simulator is None or self._options.output_dir is None:
+            return nullcontext()
+        from seoro.embed.picture_server import serving_pictures  # noqa: PLC0415 - for runs with a simulator and `-o`
+
+        return serving_pictures(run.simulator, self._options.output_dir)
+
     async def _prepare_and_run(self) -> Exit:
         options, progress = self._options, self._report.progress
         settings = settings_of(
@@ -173,7 +181,8 @@ class _Exec:
             progress.set_clock(lambda: run.now)
             self._files.on_failure(lambda error: loop.call_soon_threadsafe(run.abort, write_error_text(error)))
             recorded = nullcontext() if self._video is None else run.recording(*self._video)
-            async with recorded as recording, run.running(self._limit):
+            pictures = self._pictures(run)
+            async with recorded as recording, pictures, run.running(self._limit):
                 verdict = await run.result()
             artifacts = await run.artifacts() if options.output_dir else ()
         files = [(file.path, file.description) for file in run.files]

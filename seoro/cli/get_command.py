@@ -9,8 +9,8 @@ import anyio
 
 from seoro.cli.arguments import add_option
 from seoro.cli.files import write_errors
-from seoro.cli.output_folder import OutputFolder
 from seoro.cli.remote_arguments import add_run_argument, named_run
+from seoro.embed.output_folder import OutputFolder
 from seoro.runtime.execution.outputs import TRACE
 from seoro.runtime.trace.jsonl import to_line
 from seoro.text.printable import one_line

@@ -22,7 +22,7 @@ from seoro.text.printable import one_line
 
 if TYPE_CHECKING:
     from seoro.client.lab import LabControl
-    from seoro.lab.commands import Outcome
+    from seoro.lab.outcomes import Outcome
     from seoro.lab.reading import Lab
 
 EXAMPLES = """examples:

@@ -24,7 +24,7 @@ from seoro.runtime.verdict import Verdict
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import Artifact
-    from seoro.cli.output_folder import OutputFolder
+    from seoro.embed.output_folder import OutputFolder
     from seoro.runtime.trace.jsonl import JsonLines
 
 STDOUT = "-"
@@ -55,7 +55,7 @@ class ResultFiles:
         self._options = options
         self._folder: OutputFolder | None = None
         if options.output_dir is not None:
-            from seoro.cli.output_folder import OutputFolder  # noqa: PLC0415 - for `-o` only
+            from seoro.embed.output_folder import OutputFolder  # noqa: PLC0415 - for `-o` only
 
             self._folder = OutputFolder(options.output_dir)
         trace = None if options.trace in (None, STDOUT) else Path(options.trace)
@@ -91,7 +91,8 @@ class ResultFiles:
     def _claim(self) -> None:
         """Remove the results of an earlier run from the output folder."""
         if self._folder is not None and not self._is_claimed:
-            self._folder.claim()
+            with write_errors(self._options.output_dir):
+                self._folder.claim()
             self._is_claimed = True
 
     def _check(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ import anyio
 from seoro.cli.arguments import add_keys_argument, add_option, number
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import state_folder
+from seoro.cli.lab_command import VARIABLE as LAB
 from seoro.cli.packages import require
 from seoro.cli.serving import wait_for_signal
 from seoro.text.printable import log_to_stderr
@@ -41,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--connect ENDPOINT",
         "Zenoh endpoint of executors or of their router (default: SEORO_EXECUTOR, else tcp/127.0.0.1:7470)",
     )
+    add_option(parser, "--lab FILE.yaml", "lab file, for the page of the lab (default: SEORO_LAB)", type=Path)
     add_option(
         parser, "--port N", "port of the server, 0 for a free one (default: 7480)", type=_port, default=7480
     )
@@ -52,9 +55,9 @@ def run(options: argparse.Namespace) -> int:
     require("`seoro ui`", "ui", "starlette", "uvicorn", "websockets")
     from seoro.ui.server import SiteOptions  # noqa: PLC0415 - for this command only
 
-    settings = SiteOptions(
-        tuple(options.folders) or (Path(),), state_folder() / "ui", options.connect, options.keys, options.port
-    )
+    lab = options.lab or (Path(os.environ[LAB]) if os.environ.get(LAB) else None)
+    folders = tuple(options.folders) or (Path(),)
+    settings = SiteOptions(folders, state_folder() / "ui", options.connect, options.keys, options.port, lab)
     log_to_stderr("%(message)s")
     return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
 

@@ -15,7 +15,8 @@ import anyio
 from seoro.embed.arguments import to_limit, to_text, to_texts
 from seoro.embed.whoami import whoami
 from seoro.errors import BackendError, UsageError
-from seoro.lab.commands import LabCommands, Outcome, Place
+from seoro.lab.commands import LabCommands, Place
+from seoro.lab.outcomes import OnOutcome, Outcome, ignore_outcome
 from seoro.lab.reading import Lab
 from seoro.lab.status import Member, read_states
 
@@ -106,13 +107,15 @@ class LabControl:
         _check_named(robots)
         return await self._commands.stop_robots(self._places(robots))
 
-    async def stop_all(self, reason: str = "") -> list[Outcome]:
+    async def stop_all(self, reason: str = "", on_outcome: OnOutcome = ignore_outcome) -> list[Outcome]:
         """Stop all robots and runs in an emergency, until a release.
 
         Args:
             reason: Reason, shown to other clients.
+            on_outcome: Called with each outcome as it arrives. Stops are repeated, so a node may have several; one
+                without an error is final.
         """
-        return await self._commands.emergency_stop_all(whoami(), to_text("reason", reason))
+        return await self._commands.emergency_stop_all(whoami(), to_text("reason", reason), on_outcome)
 
     async def estop(self, *robots: str, reason: str = "") -> list[Outcome]:
         """Stop some robots in an emergency, until a release.

@@ -97,8 +97,13 @@ class Connection:
             await self._writer.drain()
 
     def _send(self, message: dict[str, Any]) -> None:
-        data = json.dumps({"seq": next(self._numbers), **message}).encode()
-        self._writer.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
+        self._writer.write(encode({"seq": next(self._numbers), **message}))
+
+
+def encode(message: Mapping[str, Any]) -> bytes:
+    """Encode a message with its header."""
+    data = json.dumps(message).encode()
+    return b"Content-Length: %d\r\n\r\n%s" % (len(data), data)
 
 
 def _answer_to(request: Mapping[str, Any]) -> dict[str, Any]:

@@ -33,6 +33,7 @@ class Launch(BaseModel):
         set: Values of parameters, as expressions of the language.
         cwd: Folder of relative paths.
         stop_on_entry: Whether the run pauses before its first behavior.
+        output: Folder for the trace and other results of the run; None to keep none.
     """
 
     model_config = ConfigDict(extra="ignore", frozen=True)
@@ -47,6 +48,12 @@ class Launch(BaseModel):
     cwd: Path | None = None
     stop_on_entry: bool = Field(default=False, alias="stopOnEntry")
     clock: Literal["virtual", "sim"] | None = None
+    output: Path | None = None
+
+    @property
+    def output_folder(self) -> Path | None:
+        """The folder for results, as an absolute path; None for none."""
+        return None if self.output is None else (self.cwd or Path.cwd()) / self.output
 
     @property
     def file(self) -> Path:
@@ -64,6 +71,7 @@ class Launch(BaseModel):
             overrides={path: _expression(value) for path, value in self.set.items()},
             clock=self.clock or ("sim" if self.sim else "virtual"),
             simulator=simulator,
+            output_directory=self.output_folder,
             debugger=debugger,
         )
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AsyncExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from seoro.dap.launch import Launch
+from seoro.dap.output import writing_trace
 from seoro.embed.api import start_with
 from seoro.embed.debug_expressions import condition, watched
+from seoro.embed.picture_server import serving_pictures
 from seoro.embed.runs import Run
 from seoro.embed.scenarios import Scenario, load
 from seoro.errors import InvalidScenario, SeoroError
@@ -21,6 +25,7 @@ from seoro.runtime.debug.debugger import Debugger
 from seoro.runtime.execution.context import BehaviorScope
 from seoro.runtime.execution.static_tree import behaviors_of_plan
 from seoro.runtime.expressions.evaluation import evaluate
+from seoro.runtime.trace.records import write_error_text
 from seoro.runtime.values.environment import EvaluationError
 from seoro.runtime.values.text import value_text
 from seoro.runtime.values.values import Value as RunValue
@@ -78,9 +83,17 @@ class RunControl:
         Raises:
             SeoroError: The run cannot start.
         """
-        options = replace(self._options, observers=(_Observer(observer),), timeout=math.inf)
-        async with start_with(self.scenario, options, "timeout") as run:
+        folder = self._options.output_directory
+        async with AsyncExitStack() as opened:
+            traces = () if folder is None else (await opened.enter_async_context(writing_trace(folder)),)
+            options = replace(self._options, observers=(_Observer(observer), *traces), timeout=math.inf)
+            run = await opened.enter_async_context(start_with(self.scenario, options, "timeout"))
             self._run = run
+            if folder is not None and run.simulator is not None:
+                await opened.enter_async_context(serving_pictures(run.simulator, folder))
+            loop = asyncio.get_running_loop()
+            for trace in traces:
+                trace.on_error = lambda error: loop.call_soon_threadsafe(run.abort, write_error_text(error))
             return await run.result()
 
     def stop(self) -> None:

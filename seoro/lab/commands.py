@@ -1,76 +1,32 @@
 """Manual commands to a lab: leases, stops and the emergency stop.
 
-An emergency stop is sent twice. It is published on one key, which reaches all connected nodes even during long
-work. It is also sent as a request to each live node and executor, which acknowledge it. Each endpoint is served
-as soon as it is connected, independently of the others.
+Each endpoint is served as soon as it is connected, independently of the others.
 """
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import anyio
 
 from seoro.bridges import wire
-from seoro.bridges.executor.asking import Executor
-from seoro.bridges.session import AsyncSession, SessionError, is_secured, publishing
+from seoro.bridges.session import AsyncSession
 from seoro.bridges.sim.requests import ask
 from seoro.concurrency.gathering import gather
-from seoro.errors import BackendError, BackendLost, BackendRefused, UsageError
-from seoro.lab.status import (
-    Connection,
-    Member,
-    connect_endpoint,
-    connect_members,
-    members_at,
-    read_states,
-    refresh,
-)
-from seoro.security.keys.roles import MOVING
+from seoro.errors import BackendLost, BackendRefused, UsageError
+from seoro.lab.outcomes import STOP_TIMEOUT, OnOutcome, Outcome, ignore_outcome, request_outcome
+from seoro.lab.status import Connection, Member, connect_members, read_states, refresh
+from seoro.lab.stopping import stop_endpoint
 
-if TYPE_CHECKING:
-    from seoro.security.keys.folder import Keys
-
-CONNECTIONS = 3  # to an endpoint, to send an emergency stop
-STAGGER = 0.1  # [s] between the starts of connections
-STOP_TIMEOUT = 2.0  # [s] time limit for a node to acknowledge a stop
 RELEASE_TIMEOUT = 5.0  # [s] time limit to release an incomplete lease
 Place = tuple[str, str | None]
 """Name of a robot or a lease, and the endpoint of its node, if known."""
 _Nodes = Mapping[Connection, tuple[Member, tuple[str, ...]]]
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Result of a request to a node or an executor.
-
-    Attributes:
-        endpoint: Endpoint of the request.
-        display_name: Name of the node or executor in messages.
-        done: Completed action, as text.
-        error: Reason of the failure; empty on success.
-        elapsed: Time from the start of the emergency stop to the answer [s]; infinite for other requests.
-        is_reached: Whether a node or an executor was reached.
-        stopped: Robots or runs stopped by an emergency stop.
-        is_elsewhere: Whether a node has none of the named robots.
-    """
-
-    endpoint: str
-    display_name: str
-    done: str = ""
-    error: str = ""
-    elapsed: float = math.inf
-    is_reached: bool = True
-    stopped: tuple[str, ...] = ()
-    is_elsewhere: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,14 +41,18 @@ class LabCommands:
     endpoints: Sequence[str]
     keys: Path | None = None
 
-    async def emergency_stop_all(self, by: str, reason: str) -> list[Outcome]:
+    async def emergency_stop_all(
+        self, by: str, reason: str, on_outcome: OnOutcome = ignore_outcome
+    ) -> list[Outcome]:
         """Stop all robots and runs until the stop is released.
 
         Args:
             by: Person who stops; `reason` is shown to others.
+            on_outcome: Called with each outcome as it arrives. Stops are repeated, so a node may have several; one
+                without an error is final.
         """
         request = wire.EmergencyStop(by=by, reason=reason)
-        return await self._stop_everywhere(dict.fromkeys(self.endpoints, request))
+        return await self._stop_everywhere(dict.fromkeys(self.endpoints, request), on_outcome)
 
     async def emergency_stop_robots(self, places: Sequence[Place], by: str, reason: str) -> list[Outcome]:
         """Stop some robots until the stop is released; other robots of their nodes continue.
@@ -119,15 +79,14 @@ class LabCommands:
         is_reached = any(each.is_reached for each in outcomes)
         return [*found, *(Outcome("", name, error=error, is_reached=is_reached) for name, _ in missing)]
 
-    async def _stop_everywhere(self, requests: Mapping[str, wire.EmergencyStop]) -> list[Outcome]:
+    async def _stop_everywhere(
+        self, requests: Mapping[str, wire.EmergencyStop], on_outcome: OnOutcome = ignore_outcome
+    ) -> list[Outcome]:
         """Send stops to endpoints concurrently, so that none waits for an unreachable one."""
         began = time.monotonic()
 
         async def stop(endpoint: str) -> list[Outcome]:
-            send = partial(_stop_at, endpoint, requests[endpoint], self.keys, began)
-            outcomes = await _first_success(send)
-            # On a busy machine, connections may fail, and goals may end a little later.
-            return await send() if _has_errors(outcomes) else outcomes
+            return await stop_endpoint(endpoint, requests[endpoint], self.keys, began, on_outcome)
 
         return list(chain.from_iterable(await gather(stop, requests)))
 
@@ -135,7 +94,7 @@ class LabCommands:
         """Release all emergency stops at some endpoints."""
         request = wire.ReleaseStop(by=by, reason=reason)
         async with connect_members(self.endpoints, self.keys) as reached:
-            return await gather(lambda each: _request(each, wire.RELEASE_STOP, request), reached)
+            return await gather(lambda each: request_outcome(each, wire.RELEASE_STOP, request), reached)
 
     async def lease(self, places: Sequence[Place], name: str, purpose: str, duration: float) -> list[Outcome]:
         """Lease robots to a person: all of them, or none.
@@ -158,7 +117,7 @@ class LabCommands:
                 for node, (_, robots) in nodes.items():
                     begun.append(node.member)
                     request = wire.LeaseRobots(lease=name, robots=robots, purpose=purpose, duration=duration)
-                    outcomes[node.member] = await _request(node, wire.LEASE_ROBOTS, request)
+                    outcomes[node.member] = await request_outcome(node, wire.LEASE_ROBOTS, request)
                 is_complete = not any(each.error for each in outcomes.values())
             finally:
                 if not is_complete:
@@ -207,8 +166,8 @@ class LabCommands:
                         request = wire.ReleaseLease(lease=robot.lease.lease)
                         for other in reached:  # a lease may include robots of several nodes
                             if other.session is not None and not other.member.is_executor and other is not each:
-                                await _request(other, wire.RELEASE_LEASE, request)
-                        return await _request(each, wire.RELEASE_LEASE, request)
+                                await request_outcome(other, wire.RELEASE_LEASE, request)
+                        return await request_outcome(each, wire.RELEASE_LEASE, request)
         raise UsageError(f"unknown lease or leased robot '{name}'", help="`seoro lab status` lists leases")
 
     async def release_robots(self, places: Sequence[Place], by: str, reason: str) -> list[Outcome]:
@@ -221,7 +180,9 @@ class LabCommands:
             for member, robots in nodes.values():
                 _check_stopped(member, robots)
             return [
-                await _request(node, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason, robots=robots))
+                await request_outcome(
+                    node, wire.RELEASE_STOP, wire.ReleaseStop(by=by, reason=reason, robots=robots)
+                )
                 for node, (_, robots) in nodes.items()
             ]
 
@@ -229,7 +190,7 @@ class LabCommands:
         """Stop robots once; later commands move them again."""
         async with self._connect_nodes(places) as nodes:
             return [
-                await _request(node, wire.STOP_ROBOT, wire.StopRobot(robot=robot))
+                await request_outcome(node, wire.STOP_ROBOT, wire.StopRobot(robot=robot))
                 for node, (_, robots) in nodes.items()
                 for robot in robots
             ]
@@ -250,94 +211,6 @@ class LabCommands:
 def _is_stopped(outcome: Outcome, place: Place) -> bool:
     name, endpoint = place
     return name in outcome.stopped and endpoint in (None, outcome.endpoint)
-
-
-def _has_errors(outcomes: Sequence[Outcome]) -> bool:
-    return any(each.error and not each.is_elsewhere for each in outcomes)
-
-
-async def _first_success(send: Callable[[], Awaitable[list[Outcome]]]) -> list[Outcome]:
-    """Send a stop over several connections, started one after another; the first success counts.
-
-    At an endpoint that is flooded with requests, one of some dozen connections takes a second.
-
-    Returns:
-        Outcomes of the first successful connection, else of the last one.
-    """
-    found: list[Outcome] = []
-
-    async def attempt(after: float, over: anyio.CancelScope) -> None:
-        nonlocal found
-        await anyio.sleep(after)
-        outcomes = await send()
-        if not found or _has_errors(found):
-            found = outcomes
-        if not _has_errors(outcomes):
-            over.cancel()
-
-    async with anyio.create_task_group() as tasks:
-        for number in range(CONNECTIONS):
-            tasks.start_soon(attempt, number * STAGGER, tasks.cancel_scope)
-    return found
-
-
-async def _stop_at(endpoint: str, request: wire.EmergencyStop, folder: Path | None, began: float) -> list[Outcome]:
-    key, payload = wire.emergency_key(wire.NAMESPACE), wire.encode(request)
-    try:
-        async with AsyncExitStack() as stack:
-            session, keys = await stack.enter_async_context(connect_endpoint(endpoint, folder))
-            own = keys if is_secured(endpoint) else None
-            if own is None or own.identity.role in MOVING:  # for others, the request is refused
-                publisher = await stack.enter_async_context(publishing(session, key, is_urgent=True))
-                publisher.put(payload, _signature(own, key, payload))
-            members = await members_at(endpoint, session, keys)
-            if request.robots:  # executors have no robots
-                members = [each for each in members if not each.member.is_executor]
-            return await gather(lambda each: _request(each, wire.EMERGENCY_STOP, request, began), members)
-    except (SessionError, UsageError) as error:
-        return [Outcome(endpoint, endpoint, error=str(error), is_reached=False)]
-
-
-def _signature(keys: Keys | None, key: str, payload: bytes) -> bytes | None:
-    if keys is None:
-        return None
-    from seoro.security.signing.commands import sign_emergency_stop  # noqa: PLC0415 - only where there are keys
-
-    return sign_emergency_stop(keys, key, payload)
-
-
-async def _request(
-    each: Connection, verb: wire.Verb[wire.Q, wire.A], request: wire.Q, began: float = math.inf
-) -> Outcome:
-    member, session = each.member, each.session
-    outcome = Outcome(member.endpoint, member.display_name)
-    if session is None or not member.node:
-        return replace(outcome, error=member.problem, is_reached=False)
-    try:
-        if member.is_executor:
-            secured = is_secured(member.endpoint)
-            executor = Executor(session, member.node, minor=0, keys=each.keys, is_secured=secured)
-            with anyio.fail_after(STOP_TIMEOUT):
-                answer = await executor.ask(verb, request)
-        else:
-            answer = await ask(each.address(session), verb, request, STOP_TIMEOUT)
-    except TimeoutError:
-        return replace(outcome, error=f"no answer within {STOP_TIMEOUT:g} s")
-    except BackendRefused as error:
-        is_elsewhere = isinstance(request, wire.EmergencyStop) and error.code == wire.Result.NOT_FOUND
-        return replace(outcome, error=str(error), is_elsewhere=is_elsewhere)
-    except (BackendError, UsageError, SessionError) as error:
-        return replace(outcome, error=str(error))
-    outcome = replace(outcome, elapsed=time.monotonic() - began)
-    if not isinstance(answer, wire.StopAcknowledgement):
-        done = {wire.LEASE_ROBOTS.name: "leased", wire.STOP_ROBOT.name: "stopped"}.get(verb.name, "released")
-        return replace(outcome, done=done)
-    what = "runs" if member.is_executor else "robots"
-    done = f"stopped {', '.join(answer.stopped)}" if answer.stopped else f"stopped; it has no {what}"
-    if answer.unsettled:
-        doubt = f"{done}; goals of {', '.join(answer.unsettled)} have not ended, and may continue"
-        return replace(outcome, error=doubt, stopped=answer.stopped)
-    return replace(outcome, done=done, stopped=answer.stopped)
 
 
 def _check_stopped(member: Member, names: Sequence[str]) -> None:

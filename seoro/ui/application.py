@@ -15,12 +15,12 @@ from starlette.types import ASGIApp
 
 from seoro import __version__
 from seoro.errors import SeoroError
-from seoro.ui import run_routes, scenario_routes, starting
+from seoro.ui import campaigns, comparing, lab, run_routes, scenario_routes, starting
 from seoro.ui.answers import RequestError, answer, answer_error
 from seoro.ui.security import Access, Guard
 from seoro.ui.site import Site
 
-AREAS: Final = (run_routes, scenario_routes, starting)
+AREAS: Final = (run_routes, scenario_routes, starting, lab, campaigns, comparing)
 _PATHS: Final = ("/", "/runs", "/run/{id}", "/start", "/lab", "/campaigns", "/campaign/{id}", "/compare")
 _FILES: Final = {  # packages and media types of built files
     "ui.js": ("seoro.ui", "text/javascript"),

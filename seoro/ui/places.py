@@ -66,6 +66,12 @@ class Places:
         )
 
     @property
+    def endpoints(self) -> list[str]:
+        """Endpoints of executors that were named, or are reachable."""
+        found = [each.client.endpoint if each.client is not None else each.endpoint for each in self._executors]
+        return [endpoint for endpoint in found if endpoint is not None]
+
+    @property
     def has_client(self) -> bool:
         """Whether an endpoint is reachable."""
         return any(each.client is not None for each in self._executors)

@@ -145,6 +145,7 @@ class RunRegistry:
 
     def __init__(self) -> None:
         self._known: dict[str, Known] = {}
+        self._unlisted: dict[str, Known] = {}
         self._changed = anyio.Event()
 
     def get(self, run: str) -> Known:
@@ -153,7 +154,7 @@ class RunRegistry:
         Raises:
             RequestError: The id is unknown.
         """
-        found = self._known.get(run)
+        found = self._known.get(run) or self._unlisted.get(run)
         if found is None:
             raise RequestError(404, "unknown run", "it was deleted, or its folder does not belong to this site")
         return found
@@ -177,6 +178,10 @@ class RunRegistry:
         if _runs(before) != _runs(after):
             self._changed.set()
             self._changed = anyio.Event()
+
+    def add_unlisted(self, found: Iterable[Known]) -> None:
+        """Add runs that the list does not have, such as those of campaigns."""
+        self._unlisted.update({each.run.id: each for each in found})
 
     async def wait(self) -> None:
         """Wait for the next change."""

@@ -17,6 +17,7 @@ from starlette.types import ASGIApp
 
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
+from seoro.lab.reading import read_lab
 from seoro.ui.application import make_application
 from seoro.ui.feeds import Feeds
 from seoro.ui.local_runs import LocalRuns
@@ -43,6 +44,7 @@ class SiteOptions:
         keys: Folder of keys; None for that of the environment or of the user.
         port: Port; 0 for a free one.
         state: Folder for runs of this machine that the site starts.
+        lab: Lab file; None for none.
     """
 
     folders: tuple[Path, ...]
@@ -50,6 +52,7 @@ class SiteOptions:
     endpoint: str | None = None
     keys: Path | None = None
     port: int = PORT
+    lab: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -70,16 +73,17 @@ async def open_site(options: SiteOptions) -> AsyncIterator[Served]:
     """Serve a site while the block lasts.
 
     Raises:
-        UsageError: A folder is missing, or the port is in use.
+        UsageError: A folder is missing, the port is in use, or the lab file is invalid.
     """
     folders = tuple(_checked(folder) for folder in options.folders)
+    lab = None if options.lab is None else read_lab(options.lab)
     with _listening(LOOPBACK, options.port) as listener:
         access = Access("http", (LOOPBACK, "localhost"), listener.getsockname()[1])
         async with background() as tasks:
             registry = RunRegistry()
             feeds = Feeds(registry, tasks)
             places = Places(folders)
-            site = Site(folders, options.keys, places, registry, feeds, ScenarioFiles(folders), tasks)
+            site = Site(folders, options.keys, places, registry, feeds, ScenarioFiles(folders), tasks, lab)
             tasks.start_soon(provide_executors, options.endpoint, options.keys, options.state, places, registry)
             tasks.start_soon(LocalRuns(folders).watch, registry)
             tasks.start_soon(feeds.forget_unused)

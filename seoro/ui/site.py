@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from anyio.abc import TaskGroup
 
 from seoro.client import Client
+from seoro.lab.reading import Lab
 from seoro.ui.feeds import Feeds
+from seoro.ui.own_runs import OwnRuns
 from seoro.ui.places import Places
 from seoro.ui.registry import RunRegistry
 from seoro.ui.scenario_files import ScenarioFiles
@@ -28,7 +30,9 @@ class Site:
         feeds: Traces of viewed runs.
         scenarios: Scenario files below the folders.
         tasks: Task group that lasts as long as the site.
+        lab: Lab file, if any.
         is_demo: Whether the site shows its own examples.
+        own_runs: Runs in child processes of the site.
     """
 
     folders: tuple[Path, ...]
@@ -38,7 +42,9 @@ class Site:
     feeds: Feeds
     scenarios: ScenarioFiles
     tasks: TaskGroup
+    lab: Lab | None = None
     is_demo: bool = False
+    own_runs: OwnRuns = field(default_factory=OwnRuns)
 
     def client(self) -> Client:
         """Return an open client of the executors.

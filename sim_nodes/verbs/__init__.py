@@ -52,7 +52,7 @@ def handle(simulator: Simulator, name: str, payload: bytes, permit: Permit = _pe
     request = permit(verb, read_request(verb, payload))
     if isinstance(request, wire.TrackedRequest):
         check_id(request.id)
-    if verb is not wire.REWIND:
+    if not (verb is wire.REWIND or verb.is_read_only):  # viewers may ask while the simulator is ahead
         simulator.discard_checkpoint()
     try:
         return wire.encode(HANDLERS[name](simulator, request) or wire.Empty())

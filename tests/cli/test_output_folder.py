@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from seoro.cli.main import main
-from seoro.cli.output_folder import OutputFolder
+from seoro.embed.output_folder import OutputFolder
 from seoro.runtime.execution.outputs import INDEX, Outputs
 
 LOGIC = "import osc.helpers\nscenario main:\n    do log('x')\n"

@@ -14,7 +14,7 @@ from seoro.cli.ps_command import _row
 from seoro.cli.tables import table
 from seoro.client.runs import RemoteRun
 from seoro.doctor.findings import Finding, Health
-from seoro.lab.commands import Outcome
+from seoro.lab.outcomes import Outcome
 from seoro.text.printable import PrintableFormatter, one_line, printable
 
 

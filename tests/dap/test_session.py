@@ -220,6 +220,33 @@ async def test_a_run_without_debugging_has_no_pauses(file: Path) -> None:
         assert not any(each.get("event") == "stopped" for each in editor.seen)
 
 
+async def test_the_trace_of_a_paused_run_is_in_its_output_folder(file: Path, tmp_path: Path) -> None:
+    output = tmp_path / "out"
+    output.mkdir()
+    (output / "trace.jsonl").write_text("an earlier run\n")
+    async with session() as editor:
+        await editor.launch(file, line_of("increment(count)"), output="out", cwd=str(tmp_path))
+        await editor.body("configurationDone")
+        await editor.event("stopped")
+        async with asyncio.timeout(30):
+            while '"message": "begin"' not in (output / "trace.jsonl").read_text():
+                await asyncio.sleep(0.01)
+        await editor.body("setBreakpoints", source={"path": str(file)}, breakpoints=[])
+        await editor.body("continue", threadId=1)
+        assert (await editor.event("exited"))["exitCode"] == 0
+    kinds = [json.loads(line)["kind"] for line in (output / "trace.jsonl").read_text().splitlines()]
+    assert (kinds[0], kinds[-1]) == ("run.start", "run.end")
+
+
+async def test_an_output_folder_that_cannot_be_written_ends_the_run(file: Path, tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("a file")
+    async with session() as editor:
+        await editor.launch(file, output=str(tmp_path / "out"))
+        await editor.body("configurationDone")
+        assert "cannot write" in (await editor.event("output"))["output"]
+        assert (await editor.event("exited"))["exitCode"] == 2
+
+
 async def test_unknown_settings_are_warned_about(file: Path) -> None:
     async with session() as editor:
         await editor.body("initialize")

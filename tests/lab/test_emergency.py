@@ -24,7 +24,8 @@ from seoro.cli.main import main
 from seoro.client import Client
 from seoro.errors import BackendError, BackendRefused, BackendStopped, UsageError
 from seoro.lab import status
-from seoro.lab.commands import LabCommands, Outcome
+from seoro.lab.commands import LabCommands
+from seoro.lab.outcomes import Outcome
 from seoro.lab.status import Member
 from tests.bridges.robot.conftest import Rails
 from tests.executors import LONG, NAME, executor

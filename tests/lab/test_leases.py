@@ -11,7 +11,7 @@ import pytest
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.client.lab import LabControl
 from seoro.errors import BackendError, BackendLost
-from seoro.lab import commands
+from seoro.lab import commands, outcomes
 from tests.bridges.robot.conftest import Rails, rails_at
 
 pytestmark = pytest.mark.anyio
@@ -35,7 +35,12 @@ def there(rails: Rails, other: Rails) -> LabControl:
 @pytest.fixture
 def asking_by(monkeypatch: pytest.MonkeyPatch) -> Callable[[Asking], None]:
     """Return a function that replaces the requests to nodes."""
-    return lambda asks: monkeypatch.setattr(commands, "ask", asks)
+
+    def replace(asks: Asking) -> None:
+        for module in (commands, outcomes):
+            monkeypatch.setattr(module, "ask", asks)
+
+    return replace
 
 
 def losing(*verbs: str) -> Asking:

@@ -128,8 +128,25 @@ def test_a_node_simulates_ahead_to_the_first_event(engine: str) -> None:
 def test_another_request_discards_the_checkpoint() -> None:
     client = Client("maze")
     reached = ahead(client, 0.02, 1.0).time
-    client.ask(wire.GET_ENTITIES, wire.EntityFilter())
+    client.ask(wire.STOP_ROBOT, wire.StopRobot(robot=ROBOT))
     assert rewind(client, 0.02) == reached
+
+
+@on_both
+def test_questions_of_viewers_leave_the_checkpoint(engine: str) -> None:
+    """Others may ask while the simulator is ahead of its run, such as pages that show a lab."""
+    ends = []
+    for is_viewed in (False, True):
+        client = busy(engine)
+        reached = ahead(client, 0.02, 1.0).time
+        if is_viewed:
+            client.ask(wire.GET_ENTITIES_STATES, wire.EntityFilter())
+            client.ask(wire.GET_LOCALIZATION, wire.RobotName(robot=ROBOT))
+        assert rewind(client, 0.02) < reached
+        ends.append((plain(client, 1.0), client.simulator.simulation))
+    (happened, one), (seen, other) = ends
+    assert happened == seen
+    assert differences(one, other) == []
 
 
 @pytest.mark.engine("mujoco")

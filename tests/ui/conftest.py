@@ -11,8 +11,11 @@ from anyio.from_thread import start_blocking_portal
 
 from seoro.cli.main import main
 from seoro.ui.server import Served, SiteOptions, open_site
+from tests.bridges.robot.conftest import all_rails, rails, start_rails
 from tests.executors import HELLO, RunningExecutor, executor
 from tests.ui.browsing import Browser, opened
+
+__all__ = ["all_rails", "rails", "start_rails"]
 
 
 @contextmanager

@@ -108,7 +108,8 @@ class Advanced(Message):
 class Rewind(Message):
     """Undo the simulation ahead of `time`.
 
-    This is possible until the next request after the grant with a horizon; later the time does not change.
+    This is possible until the next request that changes something, after the grant with a horizon; later the time
+    does not change.
     """
 
     time: float

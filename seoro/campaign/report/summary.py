@@ -84,9 +84,22 @@ def summarize(batches: Iterable[Batch], seed: int, coverage: MergedCoverage | No
     """
     found = Summary(coverage=coverage or MergedCoverage(), sample=Reservoir(SAMPLE, seed))
     for batch in batches:
-        found.count_batch(batch)
-        _count(found, _made(batch))
+        add_batch(found, batch)
     return found
+
+
+def add_batch(found: Summary, batch: Batch) -> None:
+    """Add rows to a summary.
+
+    Args:
+        found: The summary.
+        batch: A row for each of some runs, which it does not have yet.
+
+    Raises:
+        UsageError: A row is invalid.
+    """
+    found.count_batch(batch)
+    _count(found, _made(batch))
 
 
 def _made(batch: Batch) -> Batch:

@@ -95,12 +95,8 @@ class RowIndex:
         for shard, path in enumerate(self._shards):
             offset = 0
             for number, line in enumerate(read_lines(path), start=1):
-                start = _START.match(line)
-                if start is not None:  # decoding all lines would take most of the time
-                    yield int(start[1]), shard << _SHIFT | offset, start[2].decode()
-                else:
-                    row = row_in(line, f"{path}:{number}")
-                    yield row.run, shard << _SHIFT | offset, row.status.value
+                run, end = end_in(line, f"{path}:{number}")
+                yield run, shard << _SHIFT | offset, end
                 offset += len(line)
 
     def _read(self, positions: Iterable[int]) -> Iterator[Row]:
@@ -126,6 +122,23 @@ class RowIndex:
                 line = file.readline()
                 ends[shard] = offset + len(line)
                 yield line, _Place(self._shards[shard], offset)
+
+
+def end_in(line: bytes, place: str) -> tuple[int, str]:
+    """Return the number and the end of the run of a line; decoding all lines would take most of the time.
+
+    Args:
+        line: Line of a shard.
+        place: Its place, for messages.
+
+    Raises:
+        UsageError: The line is invalid.
+    """
+    start = _START.match(line)
+    if start is not None:
+        return int(start[1]), start[2].decode()
+    row = row_in(line, place)
+    return row.run, row.status.value
 
 
 class _Place(NamedTuple):

@@ -57,8 +57,12 @@ def read_lines(path: Path) -> Iterator[bytes]:
         yield from lines
 
 
-def read_blocks(path: Path) -> Iterator[list[bytes]]:
+def read_blocks(path: Path, start: int = 0) -> Iterator[list[bytes]]:
     """Yield the whole lines of a file in blocks of about a megabyte; none if it is missing.
+
+    Args:
+        path: The file.
+        start: Position of the first line [bytes].
 
     Raises:
         OSError: It cannot be read.
@@ -68,11 +72,16 @@ def read_blocks(path: Path) -> Iterator[list[bytes]]:
     except FileNotFoundError:
         return
     with file:
+        if start:
+            file.seek(start)
         while lines := file.readlines(_READ):
-            if not lines[-1].endswith(b"\n"):  # torn
+            is_torn = not lines[-1].endswith(b"\n")
+            if is_torn:
                 del lines[-1]
             if lines:
                 yield lines
+            if is_torn:  # the file may grow meanwhile
+                return
 
 
 def cut_torn_line(path: Path) -> None:

@@ -29,6 +29,7 @@ from seoro.bridges.session import brokered
 from seoro.bundle.unpack import limit_of
 from seoro.concurrency.background import background
 from seoro.embed import announcement, prepare
+from seoro.embed.picture_server import serving_pictures
 from seoro.embed.run_end import End, Ended, ResultFile, not_started, pack_end
 from seoro.embed.runs import Run
 from seoro.embed.video import DESCRIPTION, NAME, Recording, VideoOptions
@@ -172,6 +173,7 @@ async def _run_unless_stopped(job: Job, trace: TracePipe, requests: Control) -> 
         limit = limit_of(manifest.options)
         async with (
             _recording(run, manifest.options.film, Path(job.output)) as recording,
+            nullcontext() if run.simulator is None else serving_pictures(run.simulator, Path(job.home)),
             run.running(limit),
             background() as tasks,
         ):

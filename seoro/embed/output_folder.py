@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from seoro.cli.files import write_errors
 from seoro.runtime.execution.outputs import INDEX, RESULT_NAMES, TRACE, add_to_index
 
 _STANDARD = RESULT_NAMES - {"log.txt"}  # the printed output of a run on an executor; a common name for other files
@@ -29,15 +28,14 @@ class OutputFolder:
         """Remove the results of an earlier run, and start the index of this one.
 
         Raises:
-            UsageError: The folder cannot be created or written, or a result cannot be removed.
+            OSError: The folder cannot be created or written, or a result cannot be removed.
         """
-        with write_errors(self._folder):
-            self._folder.mkdir(parents=True, exist_ok=True)
-            for name in _listed(self._folder):
-                _remove(self._folder / name)
-            self._others = self._names()
-            (self._folder / INDEX).write_text("", encoding="utf-8")
-            add_to_index(self._folder, *sorted(_STANDARD - self._others))
+        self._folder.mkdir(parents=True, exist_ok=True)
+        for name in _listed(self._folder):
+            _remove(self._folder / name)
+        self._others = self._names()
+        (self._folder / INDEX).write_text("", encoding="utf-8")
+        add_to_index(self._folder, *sorted(_STANDARD - self._others))
 
     def close(self) -> None:
         """Add new files to the index, such as those of programs that the run started."""

@@ -1,0 +1,33 @@
+"""Runs in child processes of the site."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+class OwnRuns:
+    """Runs that neither a node nor an executor knows, so that the site stops them itself in an emergency."""
+
+    def __init__(self) -> None:
+        self._active: dict[str, Callable[[], object]] = {}
+
+    @contextmanager
+    def active(self, name: str, stop: Callable[[], object]) -> Iterator[None]:
+        """Note a run while the block lasts.
+
+        Args:
+            name: Name of the run, for people.
+            stop: Stops it without waiting.
+        """
+        self._active[name] = stop
+        try:
+            yield
+        finally:
+            del self._active[name]
+
+    def stop_all(self) -> list[str]:
+        """Stop all active runs; returns their names."""
+        for stop in self._active.values():
+            stop()
+        return list(self._active)
