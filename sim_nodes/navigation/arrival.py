@@ -9,7 +9,7 @@ from sim_nodes.navigation.contracts import Path
 from sim_nodes.robots.declaration import MobileDeclaration
 
 PASSED = 2.5  # times the tolerance within which a robot that has driven past the goal has arrived
-ASIDE = 3.0  # times the tolerance to the side within which a robot has arrived that cannot move sideways
+ASIDE = 4.0  # times the tolerance to the side within which a robot has arrived that cannot move sideways
 
 
 def has_arrived(

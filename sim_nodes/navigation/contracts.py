@@ -79,6 +79,7 @@ class PlanRequest:
         start: Pose of the robot in `map`; it may be closer to obstacles than the clearance.
         goal: Goal in `map`.
         tick: Tick of the request, for random numbers.
+        deviation: Standard deviation of the localised position [m].
     """
 
     grid: Grid
@@ -86,6 +87,7 @@ class PlanRequest:
     start: Pose2
     goal: Pose2
     tick: int
+    deviation: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -198,6 +200,7 @@ class ControlInput:
         remembered: Points of obstacles in `map` that the scan cannot see, shape (n, 2) [m].
         touched: Whether the bumper is pressed.
         tick: Present tick.
+        deviation: Standard deviation of the localised position [m].
     """
 
     pose: Pose2
@@ -206,6 +209,7 @@ class ControlInput:
     remembered: Array
     touched: bool
     tick: int
+    deviation: float = 0.0
 
 
 class Controller(Plugin):

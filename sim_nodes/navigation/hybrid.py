@@ -13,6 +13,7 @@ from sim_nodes.navigation.contracts import InvalidParameter, Path, Planner, Plan
 from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.grid_search import CLOSED
 from sim_nodes.navigation.lattice import Floor, Search
+from sim_nodes.navigation.margins import further_margin, widened
 from sim_nodes.navigation.mobility import mobility_of
 from sim_nodes.navigation.planner import open_around, traversal_cost
 from sim_nodes.navigation.shortcuts import shortened
@@ -46,18 +47,20 @@ class HybridPlanner(Planner):
 
         grid, distance, cover = request.grid, request.distance, self._cover
         start, goal = np.array(request.start), np.array(request.goal)
+        margin = further_margin(request.deviation)
+        navigation = widened(self._navigation, margin)
         start_gap, goal_gap = cover.gaps(grid, distance, np.array((start, goal))).tolist()
-        tight = Floor(grid, distance, cover, self._navigation, start, goal, start_gap, goal_gap, 0.0)
+        tight = Floor(grid, distance, cover, navigation, start, goal, start_gap, goal_gap, 0.0)
         if goal_gap < 0.0:
             return None
         (first,), (last,) = (cover.cores(pose[None]).tolist() for pose in (start, goal))
-        cost = traversal_cost(distance, cover.room, self._navigation)
+        cost = traversal_cost(distance, cover.room, navigation)
         open_around(cost, distance, grid.cell(*first), grid.resolution)
         if cost[grid.cell(*last)] == CLOSED:
             return None
         to_go, _ = MCP_Geometric(cost).find_costs([grid.cell(*last)])
         to_go *= grid.resolution
-        for floor, most_poses in ((replace(tight, spare=COMFORT), FEW_POSES), (tight, MOST_POSES)):
+        for floor, most_poses in ((replace(tight, spare=COMFORT + margin), FEW_POSES), (tight, MOST_POSES)):
             found = Search(self._mobility, floor, to_go, self._change_penalty, most_poses).run(start, goal)
             if found is not None:
                 poses = shortened(found, self._mobility, floor)

@@ -303,7 +303,7 @@ class Navigator(Stateful):
         assert self._recovery is not None
         if self._cycles * self._interval >= self._recoveries.duration(self._recovery):
             if self._retries.in_a_row > 1:
-                self._obstacles.clear()
+                self._obstacles.clear_seen()
             self._begin_leg(now.pose)
             self._ramp.stop()
             return None

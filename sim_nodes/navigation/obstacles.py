@@ -1,8 +1,11 @@
-"""The obstacle layer: objects seen by the lidar that are not on the map.
+"""The obstacle layer: objects that are not on the map, seen by the lidar or touched by the bumper.
 
 Each cell counts the scans that hit it minus the scans that passed through it. So a stray beam does not create an
 obstacle, and a missed one does not remove it. Hits next to walls of the map belong to the walls. Cells keep the
 mean place of their hits, so that distances are more precise than cells.
+
+A touched place is an obstacle that is cleared by many scans through it only: the lidar may not see what the
+bumper touches. It counts also next to walls of the map, which are elsewhere if the localisation is wrong.
 
 Layers of robots that have scans in the same tick are updated together; the results are those of each one alone.
 """
@@ -26,6 +29,7 @@ from sim_nodes.stateful import Stateful
 
 HITS = 3  # net number of scans with a hit that make an obstacle
 MOST = 8  # limit of the count, so that obstacles that leave are cleared in about a second
+TOUCHED = 150  # count of a touched place
 RANGE = 3.0  # [m] up to which scans are used
 WALL_BAND = 0.15  # [m] from a wall of the map within which hits belong to it
 MARGIN = 0.1  # [m] before a hit that a beam does not clear
@@ -59,6 +63,41 @@ class ObstacleLayer(Stateful):
         self.changes += 1
 
     @property
+    def _is_touched(self) -> NDArray[np.bool_]:
+        return self._counts > MOST
+
+    def clear_seen(self) -> None:
+        """Clear the obstacles that were only seen."""
+        self._keep(self._is_touched)
+
+    def clear_touched(self) -> bool:
+        """Clear the touched places; returns whether there were any."""
+        touched = self._is_touched
+        if not touched.any():
+            return False
+        self._keep(~touched)
+        return True
+
+    def _keep(self, kept: NDArray[np.bool_]) -> None:
+        self._cells, self._counts, self._places = self._cells[kept], self._counts[kept], self._places[kept]
+        self.changes += 1
+
+    def touch(self, places: Array) -> None:
+        """Add touched places in `map`, shape (n, 2) [m]; those beyond the map are ignored."""
+        grid = self.known.grid
+        columns, rows = grid.cells(*places.T)
+        cells, firsts = np.unique(columns * grid.rows + rows, return_index=True)
+        inside = grid.inside(*places[firsts].T)
+        cells, places = cells[inside], places[firsts[inside]]
+        others = ~np.isin(self._cells, cells)
+        is_new = len(np.setdiff1d(cells, self._cells[self._is_touched])) > 0
+        order = np.argsort(np.concatenate([self._cells[others], cells]), kind="stable")
+        self._cells = np.concatenate([self._cells[others], cells])[order]
+        self._counts = np.concatenate([self._counts[others], np.full(len(cells), TOUCHED)])[order]
+        self._places = np.concatenate([self._places[others], places])[order]
+        self.changes += is_new
+
+    @property
     def points(self) -> Array:
         """Points of obstacles in `map`, one for each cell, shape (n, 2) [m]."""
         points: Array = self._places[self._counts >= HITS]
@@ -69,12 +108,15 @@ class ObstacleLayer(Stateful):
         update_together([Observation(self, pose, scan)])
 
     def hidden_points(self, pose: Pose2, scan: Scan) -> Array:
-        """Return the points of obstacles that a scan does not see, shape (n, 2) [m]."""
-        if len(self._cells) == 0 or scan.is_complete:
+        """Return the points of obstacles that a scan does not see, and touched places, shape (n, 2) [m]."""
+        if len(self._cells) == 0:
             return self._places[:0]
+        touched = self._is_touched
+        if scan.is_complete:
+            return self._places[touched]
         sight = _Sight([Observation(self, pose, scan)])
         beams = sight.beams(self._places, np.zeros(len(self._cells), dtype=np.int64))
-        hidden = ~np.isfinite(scan.ranges[beams]) & (self._counts >= HITS)
+        hidden = (~np.isfinite(scan.ranges[beams]) & (self._counts >= HITS)) | touched
         points: Array = self._places[hidden]
         return points
 
@@ -212,7 +254,7 @@ def _update(layers: Sequence[ObstacleLayer], sight: _Sight) -> None:
     if len(cells):
         known = cells[np.minimum(at, len(cells) - 1)] == hits
     old, new = at[known], ~known
-    counts[old] = np.minimum(before[old] + 1, MOST)
+    counts[old] = np.maximum(np.minimum(before[old] + 1, MOST), before[old])  # touched places exceed the limit
     means[old] += SHARE * (places[known] - means[old])
     for robot in set(robots[(before >= HITS) != (counts >= HITS)].tolist()):
         layers[robot].changes += 1

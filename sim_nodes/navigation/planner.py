@@ -2,7 +2,8 @@
 
 The cost of a cell decreases exponentially with its distance from obstacles, as in Nav2's inflation layer.
 The cheapest path over cells has corners of 45 degrees. Straight pieces replace them where they keep the clearance
-and a margin, or come no closer to obstacles than that path.
+and a margin, or come no closer to obstacles than that path. This margin, and the length over which costs decrease,
+grow with the deviation of the localisation.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from sim_nodes.geometry import Array, lengths_along, wrap
 from sim_nodes.navigation.contracts import Path, Planner, PlanRequest, Setup, UnsuitableRobot
 from sim_nodes.navigation.grid_search import CLOSED, Cell, Cells, GoalField, Window, cheapest_path
+from sim_nodes.navigation.margins import further_margin, widened
 from sim_nodes.navigation.smoothing import smooth
 from sim_nodes.robots.navigation import NavigationDeclaration
 
@@ -38,7 +40,7 @@ class GridPlanner(Planner):
         self._clearance = setup.declaration.clearance
         self._parameters = setup.declaration.navigation
         self._slides = setup.declaration.drive.max_lateral_speed > 0.0
-        self._field: GoalField | None = None  # that of the last goal
+        self._field: tuple[float, GoalField] | None = None  # that of the last goal, for a margin
 
     def plan(self, request: PlanRequest) -> Path | None:
         """See `Planner.plan`."""
@@ -47,29 +49,34 @@ class GridPlanner(Planner):
         if self._known.distance[last] < self._clearance:
             return None
 
+        margin = further_margin(request.deviation)
+        parameters = widened(self._parameters, margin)
+
         def cost_in(window: Window) -> Array:
-            cost = traversal_cost(request.distance[window], self._clearance, self._parameters)
+            cost = traversal_cost(request.distance[window], self._clearance, parameters)
             within = (first[0] - window[0].start, first[1] - window[1].start)
             open_around(cost, request.distance[window], within, grid.resolution)
             return cost
 
         reach = round(REACH / grid.resolution)
-        cells = cheapest_path(self._field_of(last), first, reach, cost_in, partial(self._is_affected, request))
+        cells = cheapest_path(
+            self._field_of(last, margin), first, reach, cost_in, partial(self._is_affected, request)
+        )
         if cells is None:
             return None
         points = grid.points(cells)
         points[0], points[-1] = start[:2], goal[:2]
         # The path away from a close obstacle stays as it is: a straight piece may be as close as its ends.
         away = int((grid.interpolate(request.distance, *points.T) >= self._clearance).argmax())
-        rest = smooth(grid, request.distance, points[away:], self._clearance + MARGIN)
+        rest = smooth(grid, request.distance, points[away:], self._clearance + MARGIN + margin)
         path = np.vstack([points[:away], rest])
         return Path(path, turned_along(path, start.yaw, goal.yaw) if self._slides else None)
 
-    def _field_of(self, goal: Cell) -> GoalField:
-        if self._field is None or self._field.goal != goal:
-            cost = traversal_cost(self._known.distance, self._clearance, self._parameters)
-            self._field = GoalField(cost, goal)
-        return self._field
+    def _field_of(self, goal: Cell, margin: float) -> GoalField:
+        if self._field is None or self._field[0] != margin or self._field[1].goal != goal:
+            cost = traversal_cost(self._known.distance, self._clearance, widened(self._parameters, margin))
+            self._field = margin, GoalField(cost, goal)
+        return self._field[1]
 
     def _is_affected(self, request: PlanRequest, cells: Cells) -> bool:
         """Whether obstacles that are not on the map change the cost of cells."""

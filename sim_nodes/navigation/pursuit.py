@@ -23,6 +23,7 @@ DECAY_TIME = 0.4  # [s] of driving that is added to it
 REACHED = 0.01  # [m] before the end of a piece at which it has ended
 BLUR = 0.06  # [m] to both sides over which curvatures of the path are averaged
 TURNED = 0.04  # [rad] from the end of a turn at which it has ended
+SWING_TIME = 0.5  # [s] in which a car steers from one side to the other; it slows down for faster changes
 CREEP = 0.05  # [m/s] at the end of a piece
 
 
@@ -116,6 +117,10 @@ class PursuitController(PoseController):
         a = self._drive.max_acceleration
         bent = np.maximum(np.abs(curvatures), 1e-6)
         allowed = np.minimum(self._turn_rate / bent, np.sqrt(a / bent))
+        if self._most < math.inf and len(lengths) > 1:
+            rates = np.abs(np.diff(curvatures)) / np.diff(lengths)
+            swing = np.maximum(np.append(rates, rates[-1]), np.append(rates[0], rates))
+            allowed = np.minimum(allowed, 2.0 * self._most / (SWING_TIME * np.maximum(swing, 1e-6)))
         return float(np.sqrt(allowed**2 + 2.0 * CALM * a * lengths).min())
 
     # ------------------------------------------------------------ turn

@@ -1,7 +1,7 @@
 """The path of a robot to its next pose, planned again when something changes.
 
 Plans are made at the rate of the planner, or at once when the robot is blocked. A path is kept as long as no
-obstacle is on the stretch ahead.
+obstacle is on the stretch ahead, and the robot does not become less sure of its place.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from sim_nodes.geometry import Pose2
 from sim_nodes.navigation.contracts import ControlInput, Path, Planner, PlanRequest
 from sim_nodes.navigation.cover import Cover
 from sim_nodes.navigation.maps import NavigationMap
+from sim_nodes.navigation.margins import further_margin
 from sim_nodes.navigation.obstacles import ObstacleLayer
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.stateful import Stateful
@@ -20,6 +21,7 @@ OFF_PATH = 0.4  # [m] from the path from which a robot needs another one
 REVIEW_TIME = 5.0  # [s] after which a path is planned anew if any obstacle has changed
 OBSTACLE_MARGIN = 0.3  # [m] beyond twice the clearance up to which planners know the distance of obstacles
 SLACK = 0.03  # [m] that an obstacle may be closer to the path than planned
+MARGIN_SLACK = 0.06  # [m] by which the margin may grow before another path is planned
 STRETCH = 1.0  # [m] of the path ahead that obstacles block; farther ones may be gone until the robot is there
 
 
@@ -38,7 +40,7 @@ class Replanning(Stateful):
         path: The present path; None before the first plan, and where the planner found no path.
     """
 
-    STATE = ("planner", "path", "_planned_for", "_decisions")
+    STATE = ("planner", "path", "_planned_for", "_margin", "_decisions")
 
     def __init__(
         self,
@@ -63,6 +65,7 @@ class Replanning(Stateful):
         """Drop the path, for another goal."""
         self.path: Path | None = None
         self._planned_for: int | None = None  # changes of obstacles
+        self._margin = 0.0  # [m] by the localisation
         self._decisions = 0  # since the plan
 
     def update(self, now: ControlInput, target: Pose2, *, is_blocked: bool, at_once: bool) -> bool:
@@ -79,11 +82,17 @@ class Replanning(Stateful):
         due = at_once or since >= self._period
         if self._planned_for is not None and not (due and self._needs_plan(now, since, is_blocked=is_blocked)):
             return False
+        self.path = self._plan(now, target)
+        if self.path is None and self._obstacles.clear_touched():  # they may be elsewhere, or have left
+            self.path = self._plan(now, target)
+        self._planned_for, self._decisions = self._obstacles.changes, 0
+        self._margin = further_margin(now.deviation)
+        return True
+
+    def _plan(self, now: ControlInput, target: Pose2) -> Path | None:
         distance = self._obstacles.distance(self._reach)
         distance.setflags(write=False)
-        self.path = self.planner.plan(PlanRequest(self._grid, distance, now.pose, target, now.tick))
-        self._planned_for, self._decisions = self._obstacles.changes, 0
-        return True
+        return self.planner.plan(PlanRequest(self._grid, distance, now.pose, target, now.tick, now.deviation))
 
     def _needs_plan(self, now: ControlInput, since: float, *, is_blocked: bool) -> bool:
         """Whether the path is missing or blocked, the robot has left it, or it was planned long ago."""
@@ -92,6 +101,8 @@ class Replanning(Stateful):
             return has_changed
         index = self.path.nearest(now.pose.x, now.pose.y)
         if is_blocked or now.pose.distance(*self.path.points[index].tolist()) > OFF_PATH:
+            return True
+        if further_margin(now.deviation) > self._margin + MARGIN_SLACK:
             return True
         review = since >= REVIEW_TIME and self.path.headings is None  # plans over poses cost more
         return has_changed and (review or self._is_obstructed(self.path, index))

@@ -45,6 +45,15 @@ class Footprint:
         areas = self.points[:, 0] * ends[:, 1] - self.points[:, 1] * ends[:, 0]
         return max(0.0, float(np.min(areas / np.hypot(*along.T))))
 
+    def distance_to_edge(self, bearing: float) -> float:
+        """Return the distance from the base's origin, which is inside, to the edge in a direction [rad], [m]."""
+        edges = np.roll(self.points, -1, axis=0) - self.points
+        x, y = np.cos(bearing), np.sin(bearing)
+        across = x * edges[:, 1] - y * edges[:, 0]  # positive for edges ahead
+        areas = self.points[:, 0] * edges[:, 1] - self.points[:, 1] * edges[:, 0]
+        ahead = across > 0.0
+        return float(np.min(areas[ahead] / across[ahead]))
+
     def contains(self, point: Corner) -> bool:
         """Whether a point is within the polygon or on its edge."""
         edges, away = np.roll(self.points, -1, axis=0) - self.points, np.subtract(point, self.points)

@@ -19,6 +19,7 @@ from sim_nodes.navigation.goals import Feedback, Goal
 from sim_nodes.navigation.localisation import Localisation
 from sim_nodes.navigation.navigator import Navigator
 from sim_nodes.navigation.obstacles import ObstacleLayer
+from sim_nodes.navigation.touches import touched_places
 from sim_nodes.noise import Noise
 from sim_nodes.outcomes import NO_CLIENT, GoalResult, feature_unsupported, incorrect_state
 from sim_nodes.physics import Engine
@@ -214,9 +215,12 @@ class MobileBase(Stateful):
         pose = self.localised_pose() if tick % self.navigator.period == 0 else None
         if pose is None:
             return None
+        places = touched_places(self._bumper, self.declaration, pose)
+        if len(places):
+            self.obstacles.touch(places)
         hidden = self.obstacles.hidden_points(pose, self._scan)
-        touched = self._bumper is not None and bool(self._bumper.latest and self._bumper.latest.data.bumps)
-        return ControlInput(pose, self.odometry.velocity, self._scan, hidden, touched, tick)
+        velocity, deviation = self.odometry.velocity, self.deviation() or 0.0
+        return ControlInput(pose, velocity, self._scan, hidden, len(places) > 0, tick, deviation)
 
     def follow_navigator(self) -> None:
         """Command the velocity of the navigation for a tick."""
