@@ -7,6 +7,8 @@ from typing import Final
 
 from foxglove.messages import Color, Pose, Quaternion, Timestamp, Vector3
 
+from seoro.robotics.transform import Transform
+
 SECOND: Final = 1_000_000_000  # [ns]
 GREY: Final = "#808080"
 
@@ -25,23 +27,13 @@ def to_quaternion(values: Sequence[float]) -> Quaternion:
 
 def relative_pose(frame: Sequence[float], pose: Sequence[float]) -> list[float]:
     """Return a pose in a frame; both are x, y, z and a quaternion x, y, z, w in the same parent frame."""
-    x, y, z, w = (-frame[3], -frame[4], -frame[5], frame[6])
-    back = (x, y, z, w)
-    moved = [pose[axis] - frame[axis] for axis in range(3)]
-    turned = _product(_product(back, (*moved, 0.0)), (-x, -y, -z, w))
-    return [*turned[:3], *_product(back, pose[3:7])]
+    found = _transform(frame).inverse() @ _transform(pose)
+    return [*found.translation, *found.rotation]
 
 
-def _product(first: Sequence[float], second: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return the product of two quaternions x, y, z, w."""
-    a, b, c, d = first
-    e, f, g, h = second
-    return (
-        d * e + a * h + b * g - c * f,
-        d * f - a * g + b * h + c * e,
-        d * g + a * f - b * e + c * h,
-        d * h - a * e - b * f - c * g,
-    )
+def _transform(pose: Sequence[float]) -> Transform:
+    x, y, z, qx, qy, qz, qw = pose
+    return Transform((x, y, z), (qx, qy, qz, qw))
 
 
 def to_color(text: str) -> Color:

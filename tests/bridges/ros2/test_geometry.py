@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seoro.bridges.ros2.geometry import orientation, seconds, stamp
-from seoro.bridges.ros2.tf.transform import rotate
 from seoro.robotics.geometry import Quaternion, quaternion
+from seoro.robotics.transform import rotate
 from sim_nodes.geometry import quaternion as reference
 from sim_nodes.geometry import rotation_matrix
 

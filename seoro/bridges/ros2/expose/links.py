@@ -11,8 +11,8 @@ from xml.etree.ElementTree import Element
 from defusedxml import ElementTree
 
 from seoro.bridges.ros2.geometry import header
-from seoro.bridges.ros2.tf.transform import IDENTITY, Transform, Vector
 from seoro.robotics.geometry import Quaternion, quaternion
+from seoro.robotics.transform import IDENTITY, Transform, Vector
 
 REVOLUTE, PRISMATIC = ("revolute", "continuous"), "prismatic"
 

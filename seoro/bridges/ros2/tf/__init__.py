@@ -5,7 +5,7 @@
 
 from seoro.bridges.ros2.tf.buffer import Stamped, TransformBuffer
 from seoro.bridges.ros2.tf.errors import FramesNotConnected, OutOfReach, TransformError, UnknownFrame
-from seoro.bridges.ros2.tf.transform import IDENTITY, Transform
+from seoro.robotics.transform import IDENTITY, Transform
 
 __all__ = [
     "IDENTITY",

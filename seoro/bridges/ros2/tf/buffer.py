@@ -10,7 +10,7 @@ from typing import Any, Final
 from seoro.bridges.ros2.interfaces.errors import near
 from seoro.bridges.ros2.tf.edges import SECOND, Edge, MovingEdge, Sample, StaticEdge
 from seoro.bridges.ros2.tf.errors import FramesNotConnected, OutOfReach, TransformError, UnknownFrame
-from seoro.bridges.ros2.tf.transform import IDENTITY, Transform, normalised
+from seoro.robotics.transform import IDENTITY, Transform, normalised
 
 HISTORY: Final = 10.0  # [s], as in tf2
 JUMP: Final = SECOND  # [ns]; stamps of a frame that go back further mean that the time was set back

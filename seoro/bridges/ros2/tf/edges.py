@@ -8,7 +8,7 @@ from operator import attrgetter
 from typing import Final, TypeAlias
 
 from seoro.bridges.ros2.tf.errors import OutOfReach
-from seoro.bridges.ros2.tf.transform import Transform, interpolate
+from seoro.robotics.transform import Transform, interpolate
 
 SECOND: Final = 1_000_000_000  # [ns]
 

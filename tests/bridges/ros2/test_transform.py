@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
 from seoro.bridges.ros2.tf import IDENTITY, Transform
-from seoro.bridges.ros2.tf.transform import interpolate, normalised
+from seoro.robotics.transform import interpolate, normalised
 from tests.bridges.ros2.tf.frames import angle, close, matrix, transforms
 
 SHARES = st.floats(0, 1)
