@@ -45,6 +45,26 @@ class RemoteRun:
         self._stop_if_lost = stop_if_lost
         self._end = b""  # packed end, if received with the last records
 
+    def __repr__(self) -> str:
+        return f"<RemoteRun {self.id} of {self.info.file}: {self.state.value}>"
+
+    def _repr_html_(self) -> str:
+        """Return the run for notebooks, as it was last received."""
+        from seoro.text.notebook import card  # noqa: PLC0415 - for notebooks only
+
+        info = self.info
+        duration = None if info.started is None or info.ended is None else f"{info.ended - info.started:.1f} s"
+        facts = {
+            "run": self.id,
+            "reason": info.reason,
+            "duration": duration,
+            "waits for": info.waits,
+            "place in the queue": info.place,
+            "values": info.announcement,
+            "submitted by": info.by,
+        }
+        return card(info.file, self.state.value, facts)
+
     @property
     def id(self) -> str:
         """Id of the run, for any client."""

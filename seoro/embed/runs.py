@@ -48,6 +48,15 @@ class Run:
         how = "runs" if self.verdict is None else self.verdict.status.value
         return f"<Run of {self._execution.scenario}: {how}>"
 
+    def _repr_html_(self) -> str:
+        """Return the run for notebooks."""
+        from seoro.text.notebook import card  # noqa: PLC0415 - for notebooks only
+
+        if self.verdict is not None:
+            return self.verdict.card(self.parameter_texts)
+        facts = {"time": f"{self.now:.3f} s", "seed": self.seed}
+        return card(self._execution.scenario, "running", facts | self.parameter_texts)
+
     @property
     def parameters(self) -> dict[str, object]:
         """Chosen values of all parameters of the scenario."""

@@ -44,6 +44,19 @@ class Scenario(Value):
         names = ", ".join(sorted(self.checked.scenarios)) or "no scenario"
         return f"<Scenario {self.checked.sources.entry.file.name}: {names}>"
 
+    def _repr_html_(self) -> str:
+        """Return the scenarios of the file with their parameters for notebooks."""
+        from seoro.text.notebook import card, table_html  # noqa: PLC0415 - for notebooks only
+
+        rows = []
+        for symbol in top_scenarios(self.checked):
+            fields = symbol.inventory.fields.values()
+            parameters = ", ".join(found.text for found in fields if not found.is_variable)
+            rows.append((symbol.name, symbol.span.line, parameters))
+        table = table_html(("scenario", "line", "parameters"), rows) if rows else ""
+        errors = len(self.checked.errors)
+        return card(self.file.name, "invalid" if errors else "", {"errors": errors or None}, table=table)
+
     def without_errors(self) -> Scenario:
         """Return the scenario itself.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from enum import Enum
 from typing import Any
@@ -189,6 +190,28 @@ class Verdict(Value):
     def __repr__(self) -> str:
         reason = f" {self.reason!r}" if self.reason else ""
         return f"<Verdict of {self.scenario}: {self.status.value}{reason}>"
+
+    def _repr_html_(self) -> str:
+        """Return the verdict for notebooks."""
+        return self.card({})
+
+    def card(self, facts: Mapping[str, object]) -> str:
+        """Return the verdict as a card for notebooks, with more facts."""
+        from seoro.text.notebook import card  # noqa: PLC0415 - for notebooks only
+
+        own = {
+            "reason": self.reason,
+            "decided by": "" if self.span is None else str(self.span),
+            "duration": f"{self.duration:.3f} s ({self.wall_duration:.3f} s real)",
+            "seed": self.seed,
+            "smallest margin": self.margin,
+        }
+        activities = () if self.explanation is None else self.explanation.activities
+        lines = [
+            f"{each.kind.value} since {each.ongoing.since:.3f} s: {each.ongoing.text} ({each.ongoing.span})"
+            for each in activities
+        ]
+        return card(self.scenario, self.status.value, own | dict(facts), lines)
 
     @property
     def passed(self) -> bool:

@@ -184,10 +184,10 @@ def test_a_frame_without_pandas_names_the_extra(results: sc.Results, monkeypatch
 def test_notebooks_show_tables_with_escaped_texts(results: sc.Results) -> None:
     shown = results._repr_html_()
     assert shown.count("<tr>") == 11 and "30 more runs" in shown and "Pass rate" in shown
-    assert shown.index("failed") < shown.index("passed</td>")
+    assert shown.index("failed</td>") < shown.index("passed</td>")
     row = Row(1, "", 1, 1, 1, End.FAILED, {"<b>": "a & b"}, reason="<script>", measured={"m": 0.5, "n": None})
     html = row._repr_html_()
-    assert "&lt;script&gt;" in html and "<b>" not in html and "a &amp; b" in html and "<td>n</td>" not in html
+    assert "&lt;script&gt;" in html and "&lt;b&gt;" in html and "a &amp; b" in html and ">n</th>" not in html
     assert results.rate()._repr_html_().startswith("<p><b>pass rate")
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from typing import Final
 
 from seoro.campaign.runs import End, Row
+from seoro.text.notebook import card
+from seoro.text.notebook import table_html as in_rows
 
 MOST_ROWS: Final = 10
-_LETTERS: Final = 120  # of a cell
 
 
 def table_html(title: str, rows: Sequence[Row], total: int) -> str:
@@ -22,33 +22,15 @@ def table_html(title: str, rows: Sequence[Row], total: int) -> str:
     """
     shown = sorted(rows, key=lambda row: (row.status is End.PASSED, row.run))
     paths = list(dict.fromkeys(path for row in shown for path in row.values))
-    lines = [_line([str(row.run), row.status.value, *_values(row, paths), row.reason]) for row in shown]
-    head = _line(["run", "status", *paths, "reason"], "th")
-    more = f"<p>{total - len(rows):,} more runs</p>" if total > len(rows) else ""
-    table = f"<table>{head}{''.join(lines)}</table>" if shown else ""
-    return f"<p><b>{escape(title)}</b></p>{table}{more}"
+    cells = (
+        [row.run, row.status.value, *(row.values.get(path, "") for path in paths), row.reason] for row in shown
+    )
+    table = in_rows(("run", "status", *paths, "reason"), cells) if shown else ""
+    more = [f"{total - len(rows):,} more runs"] if total > len(rows) else []
+    return card(title, "", {}, more, table)
 
 
 def row_html(row: Row) -> str:
-    """Return a run as a table of its values and measurements."""
-    facts = {
-        "run": row.run,
-        "status": row.status.value,
-        "seed": row.seed,
-        **row.values,
-        "reason": row.reason,
-        **{name: value for name, value in row.measured.items() if value is not None},
-    }
-    return f"<table>{''.join(_line([name, _text(value)]) for name, value in facts.items())}</table>"
-
-
-def _values(row: Row, paths: Sequence[str]) -> list[str]:
-    return [_text(row.values.get(path, "")) for path in paths]
-
-
-def _text(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _line(cells: Sequence[str], kind: str = "td") -> str:
-    return f"<tr>{''.join(f'<{kind}>{escape(cell[:_LETTERS])}</{kind}>' for cell in cells)}</tr>"
+    """Return a run as a card with its values and measurements."""
+    facts = {"seed": row.seed, **row.values, "reason": row.reason, **row.measured}
+    return card(f"run {row.run}", row.status.value, facts)
