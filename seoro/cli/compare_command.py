@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
+from seoro.cli.files import STDIN, write_errors
+from seoro.cli.results import check_writable
 from seoro.cli.trace_input import read_records, trace_of
 from seoro.errors import UsageError
+from seoro.files.inputs import resolved
+from seoro.files.replacing import replacing
+from seoro.report.comparison.page import comparison_page
+from seoro.report.comparison.runs import compared_run
 from seoro.text.printable import one_line
-from seoro.traces.comparison import compare_runs
-from seoro.traces.difference import Difference, Side
+from seoro.traces.comparison import Comparison, compare_runs
+from seoro.traces.difference import Difference
+from seoro.traces.difference_text import common_line, side_lines
 from seoro.traces.reader import Record
-from seoro.traces.timeline import MARKS, timeline
 
 EXAMPLES = """examples:
   seoro compare before/ after/
   seoro compare passed.jsonl failed.jsonl
+  seoro compare before/ after/ -o compare.html
 
 Compares verdicts, parameters and what happened, without wall times, poses and orders within an instant.
 
@@ -30,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("first", metavar="A", help="output folder of a run, or a trace")
     parser.add_argument("second", metavar="B", help="output folder of another run, or a trace")
     add_option(parser, "--json", "print the difference as one JSON object")
+    add_option(parser, "-o --output FILE", "also write the comparison as a page, with the paths of robots")
 
 
 def run(options: argparse.Namespace) -> Exit:
@@ -44,6 +53,8 @@ def run(options: argparse.Namespace) -> Exit:
         for name, first, second in found.settings:
             print(one_line(f"  {name}: {first} and {second}"))
         print("\n".join(_lines(found.difference)))
+    if options.output is not None:
+        _write_page((options.first, options.second), runs, found, options.output)
     return Exit.PASSED if found.is_equal else Exit.FAILED
 
 
@@ -64,31 +75,22 @@ def _verdict(records: list[Record]) -> str:
 
 
 def _lines(difference: Difference | None) -> Iterator[str]:
-    if difference is None:
-        yield "equal: everything happened at the same times"
-        return
-    if difference.common is None:
-        yield "the runs differ from the start"
-    else:
-        yield f"equal until {difference.common:.3f} s, then:"
-    for letter, side in (("A", difference.first), ("B", difference.second)):
-        yield f"  only in {letter}{'' if side.time is None else f', at {side.time:.3f} s'}:"
-        yield from (f"    {one_line(line)}" for line in _side(side))
+    yield common_line(difference)
+    if difference is not None:
+        for letter, side in (("A", difference.first), ("B", difference.second)):
+            yield f"  only in {letter}{'' if side.time is None else f', at {side.time:.3f} s'}:"
+            yield from (f"    {one_line(line)}" for line in side_lines(side))
 
 
-def _side(side: Side) -> Iterator[str]:
-    if side.time is None:
-        yield "nothing: the run had ended"
-    elif not side.records:
-        yield "nothing"
-    for record in side.records:
-        yield _line(record)
-
-
-def _line(record: Record) -> str:
-    """Format a record in a line."""
-    if record["kind"] == "behavior.end":
-        reason = f": {record['reason']}" if record.get("reason") else ""
-        return f"{MARKS.get(record['status'], '?')} {record['path']} {record['status']}{reason}"
-    shown = next(timeline([record], is_whole=True), None)
-    return record["kind"] if shown is None else f"{shown.mark} {shown.text} {shown.note}".rstrip()
+def _write_page(names: Sequence[str], runs: Sequence[list[Record]], found: Comparison, output: Path) -> None:
+    check_writable(output)
+    traces = [trace_of(name) for name in names]
+    if any(trace != STDIN and resolved(Path(trace)) == resolved(output) for trace, _ in traces):
+        raise UsageError(f"the page would overwrite the trace {output}", help="choose another output")
+    first, second = (
+        compared_run(name, records, folder) for name, records, (_, folder) in zip(names, runs, traces, strict=True)
+    )
+    with write_errors(output), replacing(output) as partial:
+        text = "".join(comparison_page(first, second, found))
+        partial.write_text(text, encoding="utf-8", newline="\n")
+    print(f"wrote {output}: open it in a browser")

@@ -43,11 +43,16 @@ def results_of(folder: Path | None, reading: Reading) -> Results:
     """
     if folder is None:
         return Results()
-    found = Results(read_json(folder / _MEASUREMENTS), read_json(folder / _COVERAGE))
+    found = Results(measurements_of(folder), read_json(folder / _COVERAGE))
     add_trajectories(folder / _TRAJECTORIES, reading)
     if reading.scene is None and found.measurements:
         reading.scene = {key: found.measurements.get(name) for key, name in _SCENE.items()}
     return found
+
+
+def measurements_of(folder: Path) -> dict[str, Any]:
+    """Read the measurements of a run; empty if they are missing or invalid."""
+    return read_json(folder / _MEASUREMENTS)
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -85,6 +85,7 @@ def test_each_possible_combination_is_run_once(write: Write, capsys: pytest.Capt
     assert [bool(row["folder"]) for row in rows] == [False, False, True], "only what did not pass is kept"
     assert (Path("out") / rows[2]["folder"] / "trace.jsonl").is_file()
     assert sorted(path.name for path in Path("out/kept").iterdir()) == [Path(rows[2]["folder"]).name]
+    assert "Failed: main" in Path("out", rows[2]["folder"], "report.html").read_text()
     cases = Xml.parse("out/test.xml").getroot().findall(".//testcase")
     assert [case.find("failure") is not None for case in cases] == [False, False, True]
     properties = {each.get("name"): each.get("value") for each in cases[2].iter("property")}

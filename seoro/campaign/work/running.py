@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import platform
 import time
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -29,6 +30,7 @@ from seoro.errors import CONFLICT, BackendError, InvalidScenario, UsageError
 from seoro.lab.selectors import split_selectors
 from seoro.runtime.verdict import RunStatus
 
+MOST_REPORTS: Final = 100  # of a worker: each takes 0.1 MB, and `seoro report` writes further ones
 DYING: Final = 20  # looks at a simulator that has lost the connection
 DYING_PERIOD: Final = 0.05  # [s] between two looks
 _NOTHING: Final[dict[str, Any]] = {}
@@ -55,6 +57,7 @@ class Worker:
     def __init__(self, job: Job, name: str, endpoint: str = "", simulator: int | None = None) -> None:
         self._job = job
         self._name = name
+        self._reports = 0
         self._endpoint = endpoint
         self._simulator = simulator
         self._host = platform.node()
@@ -119,6 +122,9 @@ class Worker:
             fields = await self._watched(planned, watching, files)
             if self._is_kept(fields["status"]):
                 watching.save()
+                if fields["status"] is not End.PASSED and self._reports < MOST_REPORTS:
+                    self._reports += 1
+                    _report(files)
                 folder = self._job.folder / KEPT / f"{planned.number:06}"
                 self._scratch.keep_as(folder)
                 fields["folder"] = folder.relative_to(self._job.folder).as_posix()
@@ -224,3 +230,15 @@ def _error(planned: Planned, reason: str, where: str = "") -> dict[str, Any]:
         "reason_key": reason_key(reason),
         "where": where,
     }
+
+
+def _report(folder: Path) -> None:
+    """Write the report of a run beside its trace, so that a failure can be looked at without a command."""
+    from seoro.report.page import REPORT, NoRecords, write_report  # noqa: PLC0415 - only if a run fails
+
+    with (
+        suppress(OSError, NoRecords),
+        (folder / TRACE).open("rb") as trace,
+        (folder / REPORT).open("w", encoding="utf-8", newline="\n") as output,
+    ):
+        write_report(trace, folder, output)

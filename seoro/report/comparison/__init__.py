@@ -1,0 +1,1 @@
+"""Page of `seoro compare`: two runs beside each other, without JavaScript."""
