@@ -65,7 +65,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_issuing(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "-o --output DIR", "output folder (default: NAME.keys)")
     add_option(
-        parser, "--host HOST", f"host name or address of the {' or '.join(sorted(LISTENING))}", repeatable=True
+        parser,
+        "--host HOST",
+        f"host name or address of the {', '.join(sorted(LISTENING))}, or of `seoro ui`",
+        repeatable=True,
     )
     add_option(parser, "--days DAYS", f"validity in days (default: {_YEAR:g})", type=_days, default=_YEAR)
 

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 
 import anyio
 
+from seoro.bridges.addresses import EXECUTOR
 from seoro.cli.arguments import add_keys_argument, add_option, number
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import state_folder
 from seoro.cli.lab_command import VARIABLE as LAB
 from seoro.cli.packages import require
 from seoro.cli.serving import wait_for_signal
+from seoro.errors import UsageError
 from seoro.text.printable import log_to_stderr
 
 if TYPE_CHECKING:
@@ -23,9 +25,12 @@ if TYPE_CHECKING:
 
 EXAMPLES = """examples:
   seoro ui
+  seoro ui --demo
+  seoro ui --listen lab-pc.example.org:7480 --keys ann.keys
   seoro ui results/ scenarios/ --port 8000
 
 Open the printed URL in a browser: it has the access token. Ctrl-C ends the server."""
+PORT = 7480
 _port = number("a port from 0 to 65535", int, lambda port: 0 <= port <= 65_535)
 
 
@@ -38,26 +43,41 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="folder with runs, scenarios and campaigns (default: the current folder)",
     )
+    place = parser.add_mutually_exclusive_group()
     add_option(
-        parser,
+        place,
         "--connect ENDPOINT",
-        "Zenoh endpoint of executors or of their router (default: SEORO_EXECUTOR, else tcp/127.0.0.1:7470)",
+        f"Zenoh endpoint of executors or of their router (default: SEORO_EXECUTOR, else {EXECUTOR})",
     )
+    add_option(place, "--demo", "show examples that come with seoro, in place of folders and executors")
     add_option(parser, "--lab FILE.yaml", "lab file, for the page of the lab (default: SEORO_LAB)", type=Path)
+    where = parser.add_mutually_exclusive_group()
     add_option(
-        parser, "--port N", "port of the server, 0 for a free one (default: 7480)", type=_port, default=7480
+        where, "--port N", "port of the server, 0 for a free one (default: %(default)s)", type=_port, default=PORT
     )
+    add_option(where, "--listen HOST:PORT", "listen for other machines, too, by TLS; needs `--keys`")
     add_keys_argument(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     require("`seoro ui`", "ui", "starlette", "uvicorn", "websockets")
-    from seoro.ui.server import SiteOptions  # noqa: PLC0415 - for this command only
+    from seoro.ui.examples import FOLDER  # noqa: PLC0415 - for this command only
+    from seoro.ui.listening import Address, parse_address  # noqa: PLC0415 - the same
+    from seoro.ui.server import SiteOptions  # noqa: PLC0415 - the same
 
+    if options.demo and options.folders:
+        raise UsageError("`--demo` shows its own folder", help="leave out the folders, or `--demo`")
     lab = options.lab or (Path(os.environ[LAB]) if os.environ.get(LAB) else None)
-    folders = tuple(options.folders) or (Path(),)
-    settings = SiteOptions(folders, state_folder() / "ui", options.connect, options.keys, options.port, lab)
+    settings = SiteOptions(
+        (FOLDER,) if options.demo else tuple(options.folders) or (Path(),),
+        state_folder() / "ui",
+        options.connect,
+        options.keys,
+        Address(port=options.port) if options.listen is None else parse_address(options.listen),
+        lab,
+        options.demo,
+    )
     log_to_stderr("%(message)s")
     return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
 

@@ -156,6 +156,16 @@ class RemoteRun:
         Raises:
             BackendError: As for `parts`.
         """
+        async for lines in self.lines_so_far():
+            for record in _records(lines):
+                yield record
+
+    async def lines_so_far(self) -> AsyncGenerator[bytes, None]:
+        """Yield the existing lines of the trace, without waiting for more.
+
+        Raises:
+            BackendError: As for `parts`.
+        """
         at, trace = 0, hashlib.sha256()
         while True:
             found = await self.executor.ask(wire.RECORDS, wire.AskRecords(run=self.id, at=at))
@@ -165,8 +175,7 @@ class RemoteRun:
                 self._check_trace(trace.hexdigest())
             if not found.lines:
                 return
-            for record in _records(found.lines):
-                yield record
+            yield found.lines
 
     def _check_trace(self, found: str) -> None:
         """Check the SHA-256 of the whole trace.
@@ -285,12 +294,36 @@ class RemoteRun:
             BackendError: The executor does not answer.
         """
         into = to_path("folder", folder)
+        places = {each.path: into / each.path for each in await self.files()}
+        return [await self.fetch_file(name, elsewhere.get(name, place)) for name, place in places.items()]
+
+    async def files(self) -> tuple[wire.OutputInfo, ...]:
+        """Return the paths and sizes of the output files of the run.
+
+        Raises:
+            BackendError: The executor does not answer, or names a file outside the output folder.
+        """
         outputs = await self.executor.ask(wire.LIST_FILES, wire.OneRun(run=self.id))
         try:
-            places = {each.path: into / check_path(each.path) for each in outputs.files}
+            for each in outputs.files:
+                check_path(each.path)
         except InvalidPath as error:
             raise BackendError(f"invalid file name from the executor: {error}") from error
-        return [await self.fetch_file(name, elsewhere.get(name, place)) for name, place in places.items()]
+        return outputs.files
+
+    async def read_file(self, name: str) -> AsyncGenerator[bytes, None]:
+        """Yield the parts of an output file of the run.
+
+        Args:
+            name: Path in the output folder of the run.
+
+        Raises:
+            BackendError: The file is unknown, or the executor does not answer.
+        """
+        offset = 0
+        while data := (await self._part(name, offset)).data:
+            yield data
+            offset += len(data)
 
     async def fetch_file(self, name: str, path: AnyPath) -> Path:
         """Download one output file of the run.
@@ -307,11 +340,9 @@ class RemoteRun:
         path = to_path("path", path)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            async with await anyio.open_file(path, "wb") as file:
-                offset = 0
-                while data := (await self._part(name, offset)).data:
+            async with await anyio.open_file(path, "wb") as file, aclosing(self.read_file(name)) as parts:
+                async for data in parts:
                     await file.write(data)
-                    offset += len(data)
         except OSError as error:
             raise UsageError(f"cannot write {path}: {error.strerror}") from error
         return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 from starlette.exceptions import HTTPException
@@ -9,6 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from seoro.errors import BackendError, SeoroError, UsageError, cause_of
+from seoro.files.inputs import failure_reason
 from seoro.runtime.trace.jsonl import to_json
 
 _REASONS: Final = {404: "not found", 405: "this path does not support the method"}
@@ -54,6 +56,9 @@ def as_request_error(error: Exception, field: str = "") -> RequestError:
             return RequestError(400, error.message if error.span is None else str(error), error.help, field)
         case BackendError():
             return RequestError(503, str(error), getattr(error, "help", ""), field)
+        case OSError():
+            reason = failure_reason(error)
+            return RequestError(500, f"{error.filename}: {reason}" if error.filename else reason, "", field)
         case SeoroError():
             return RequestError(400, str(error), "", field)
         case _:
@@ -87,7 +92,7 @@ async def read_object(request: Request) -> dict[str, Any]:
     return found
 
 
-def text_of(data: dict[str, Any], name: str, default: str = "") -> str:
+def text_of(data: Mapping[str, Any], name: str, default: str = "") -> str:
     """Return a text of a JSON object.
 
     Raises:

@@ -15,12 +15,12 @@ from starlette.types import ASGIApp
 
 from seoro import __version__
 from seoro.errors import SeoroError
-from seoro.ui import campaigns, comparing, lab, run_routes, scenario_routes, starting
+from seoro.ui import campaigns, comparing, lab, result_routes, run_routes, scenario_routes, starting
 from seoro.ui.answers import RequestError, answer, answer_error
 from seoro.ui.security import Access, Guard
 from seoro.ui.site import Site
 
-AREAS: Final = (run_routes, scenario_routes, starting, lab, campaigns, comparing)
+AREAS: Final = (run_routes, result_routes, scenario_routes, starting, lab, campaigns, comparing)
 _PATHS: Final = ("/", "/runs", "/run/{id}", "/start", "/lab", "/campaigns", "/campaign/{id}", "/compare")
 _FILES: Final = {  # packages and media types of built files
     "ui.js": ("seoro.ui", "text/javascript"),
@@ -50,7 +50,7 @@ def make_application(site: Site, access: Access) -> ASGIApp:
                 "places": site.places.data,
                 "simulators": [name for name in _SIMULATORS if find_spec(name) is not None],
                 "hasLab": site.places.has_client,
-                "mayStart": site.places.has_client,
+                "mayStart": site.places.has_executor,
                 "demo": site.is_demo,
             }
         )
@@ -59,7 +59,7 @@ def make_application(site: Site, access: Access) -> ASGIApp:
     routes += [Route("/static/{name}", _static), Route("/api/site", describe)]
     for area in AREAS:
         routes += area.routes(site)
-    handlers = dict.fromkeys((HTTPException, RequestError, SeoroError, Exception), answer_error)
+    handlers = dict.fromkeys((HTTPException, RequestError, SeoroError, OSError, Exception), answer_error)
     return Guard(Starlette(routes=routes, exception_handlers=handlers), access)
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import AsyncIterator, Iterator
-from contextlib import aclosing, asynccontextmanager
+from contextlib import asynccontextmanager
 from typing import IO, Any
 
 import anyio.to_thread
@@ -14,11 +13,11 @@ from starlette.routing import BaseRoute, Route
 
 from seoro.client.runs import RemoteRun
 from seoro.errors import UsageError
-from seoro.files.inputs import Kind, open_input
 from seoro.traces.comparison import NoBeginning, compare_runs
 from seoro.traces.reader import InvalidRecord, Record, read_trace
 from seoro.ui.answers import RequestError, answer
-from seoro.ui.registry import Known, LocalSource
+from seoro.ui.registry import Known
+from seoro.ui.results import local_copy, open_trace
 from seoro.ui.site import Site
 
 
@@ -45,22 +44,15 @@ def _id_in(request: Request, name: str) -> str:
 @asynccontextmanager
 async def _opened(known: Known) -> AsyncIterator[IO[bytes]]:
     """Open the trace of a run; that of an executor is fetched."""
-    if isinstance(known.source, LocalSource):
+    if not known.run.status.is_final and isinstance(known.source, RemoteRun):
+        raise RequestError(409, f"the run of {known.run.scenario} has not ended", "compare it when it has ended")
+    async with local_copy(known.source, is_trace_only=True) as source:
         try:
-            with open_input(known.source.trace, Kind.TRACE) as file:
-                yield file
+            file = open_trace(source)
         except OSError as error:
             raise UsageError(f"cannot read the trace of {known.run.scenario}: {error.strerror}") from error
-        return
-    if not known.run.status.is_final:
-        raise RequestError(409, f"the run of {known.run.scenario} has not ended", "compare it when it has ended")
-    with tempfile.TemporaryFile() as fetched:
-        run = RemoteRun(known.source.executor, known.source.info)  # its state is that of this reader
-        async with aclosing(run.lines()) as parts:
-            async for _, lines in parts:
-                fetched.write(lines)
-        fetched.seek(0)
-        yield fetched
+        with file:
+            yield file
 
 
 def _compare(first: IO[bytes], second: IO[bytes]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
 
@@ -47,6 +47,7 @@ class Executors:
         names: Names of the reachable executors.
         problem: Reason for missing executors; empty otherwise, and before the first attempt.
         tried: Set after the first attempt.
+        on_change: Called when `names` changes.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class Executors:
         self.names: tuple[str, ...] = ()
         self.problem = ""
         self.tried = anyio.Event()
+        self.on_change: Callable[[], object] = lambda: None
         self._keys = keys
         self._shown = shown
 
@@ -83,7 +85,10 @@ class Executors:
             await anyio.sleep(RETRY)
 
     async def _update(self, client: Client, registry: RunRegistry) -> None:
-        self.names = tuple(await client.executors())
+        names = tuple(await client.executors())
+        if names != self.names:
+            self.names = names
+            self.on_change()
         self.problem = "" if self.names else f"{NO_EXECUTOR} at {client.endpoint}"
         for name in self.names:
             place = self.shown(name)

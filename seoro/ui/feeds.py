@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import aclosing, asynccontextmanager, closing
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 import anyio
@@ -17,6 +19,7 @@ from seoro.report.following import TraceFile
 from seoro.report.live import Cursor, LiveRun
 from seoro.ui.answers import RequestError
 from seoro.ui.registry import LocalSource, RunRegistry
+from seoro.ui.results import fetch_of_pages
 
 _PERIOD: Final = 0.1  # [s] between frames for a viewer
 _GROWING: Final = 0.05  # [s] between looks at the trace of an active run
@@ -80,7 +83,9 @@ class Feed:
                 if lines:
                     await anyio.to_thread.run_sync(self._run.feed, lines)
                     self._notify()
-        await anyio.to_thread.run_sync(self._run.finish)
+        with TemporaryDirectory(prefix="seoro-") as folder:
+            await fetch_of_pages(run, Path(folder))
+            await anyio.to_thread.run_sync(self._run.finish, Path(folder))
         self._notify()
 
     def _notify(self) -> None:

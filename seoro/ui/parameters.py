@@ -43,9 +43,9 @@ class Parameter:
         unit: SI unit of its numbers, for people; empty for others.
         default: Its default, as an expression; empty if it has none.
         doc: Comment above its declaration.
-        choices: Its possible values, as expressions; empty if they are not listed.
-        minimum: Smallest number, as an expression; empty for no bound.
-        maximum: Largest number.
+        choices: Its possible values, as expressions; None if they are not listed.
+        minimum: Smallest number [SI unit]; None for no bound.
+        maximum: Largest number [SI unit].
         required: Whether a run needs a value for it.
     """
 
@@ -54,9 +54,9 @@ class Parameter:
     unit: str = ""
     default: str = ""
     doc: str = ""
-    choices: tuple[str, ...] = ()
-    minimum: str = ""
-    maximum: str = ""
+    choices: tuple[str, ...] | None = None
+    minimum: float | None = None
+    maximum: float | None = None
     required: bool = False
 
 
@@ -148,7 +148,8 @@ class _Finding:
         """Yield the parameters among fields; structs without a default as their fields."""
         for declared in fields.values():
             path = f"{around}{declared.name}"
-            default = self.given.get(path) or _default(declared)
+            is_drawn = path in self.axes  # a constraint replaces the default
+            default = self.given.get(path) or ("" if is_drawn else _default(declared))
             if declared.is_variable or isinstance(declared.type, ActorType):
                 continue
             structure = self.plan.structures.find(declared.type) if isinstance(declared.type, StructType) else None
@@ -159,12 +160,12 @@ class _Finding:
 
     def _parameter(self, path: str, declared: FieldDeclaration, default: str) -> Parameter:
         axis = self.axes.get(path)
-        low = high = ""
+        low = high = None
         choices = _choices(declared.type)
         if isinstance(axis, Choices):
             choices = axis.texts
         elif axis is not None:
-            low, high = axis.text(axis.low), axis.text(axis.high)
+            low, high = axis.low, axis.high
         return Parameter(
             path,
             _type_text(declared.type),
@@ -184,14 +185,14 @@ def _default(declared: FieldDeclaration) -> str:
     return "" if text == declared.name else text
 
 
-def _choices(type_: ValueType) -> tuple[str, ...]:
+def _choices(type_: ValueType) -> tuple[str, ...] | None:
     match type_:
         case EnumType(name, members):
             return tuple(f"{name}!{member}" for member, _ in members)
         case PrimitiveType("bool"):
             return ("true", "false")
         case _:
-            return ()
+            return None
 
 
 def _type_text(type_: ValueType) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import anyio
+
 from seoro.client import Client
 from seoro.errors import BackendUnreachable, UsageError
 from seoro.ui.executors import Executors
@@ -23,14 +25,29 @@ class Places:
     def __init__(self, folders: Sequence[Path]) -> None:
         self._folders = folders
         self._executors: list[Executors] = []
+        self._changed = anyio.Event()
 
     def add(self, executors: Executors) -> None:
         """Add the executors at an endpoint; the first with a client is preferred."""
+        executors.on_change = self._notify
         self._executors.append(executors)
 
     def remove(self, executors: Executors) -> None:
         """Remove the executors at an endpoint."""
         self._executors.remove(executors)
+
+    def _notify(self) -> None:
+        self._changed.set()
+        self._changed = anyio.Event()
+
+    async def wait_for(self, shown: str) -> None:
+        """Wait until an executor is reachable.
+
+        Args:
+            shown: Name of the executor for people.
+        """
+        while not any(each.shown(name) == shown for each in self._executors for name in each.names):
+            await self._changed.wait()
 
     def find(self, shown: str) -> tuple[Client, str]:
         """Return the client and the name of an executor.
@@ -75,6 +92,11 @@ class Places:
     def has_client(self) -> bool:
         """Whether an endpoint is reachable."""
         return any(each.client is not None for each in self._executors)
+
+    @property
+    def has_executor(self) -> bool:
+        """Whether an executor is reachable."""
+        return any(each.names for each in self._executors)
 
     @property
     def data(self) -> list[dict[str, Any]]:

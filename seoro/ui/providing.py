@@ -37,14 +37,25 @@ async def provide_executors(
     async with background() as tasks:
         tasks.start_soon(shared.watch, registry)
         await shared.tried.wait()
-        if shared.names:
-            await anyio.sleep_forever()
-        while True:
-            try:
-                await _run_own(state, places, registry)
-            except (BackendError, OSError) as error:
-                log.error("%s", error)
-            await anyio.sleep(RETRY)
+        if not shared.names:
+            await provide_own(state, places, registry)
+        await anyio.sleep_forever()
+
+
+async def provide_own(state: Path, places: Places, registry: RunRegistry) -> None:
+    """Add an executor of this machine to the places of a site, and start it again if it ends, in an endless loop.
+
+    Args:
+        state: Folder for its runs.
+        places: Places of the site.
+        registry: Runs of the site.
+    """
+    while True:
+        try:
+            await _run_own(state, places, registry)
+        except (BackendError, OSError) as error:
+            log.error("%s", error)
+        await anyio.sleep(RETRY)
 
 
 async def _run_own(state: Path, places: Places, registry: RunRegistry) -> None:

@@ -21,7 +21,7 @@ from seoro.ui.walking import walk
 
 MOST_FILES: Final = 2000
 _SUFFIX: Final = ".osc"
-_LONGEST_TITLE: Final = 500  # [characters]
+_LONGEST_DOC: Final = 500  # [characters]
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def _scenarios(path: Path, name: str) -> Iterator[dict[str, Any]]:
         yield _unreadable(name, f"line {line}: {errors[0].message}", line)
     for each in found if not errors else ():
         line = each.name.span.line
-        yield {"file": name, "name": each.name.name.text, "title": _title(file, line), "line": line}
+        yield {"file": name, "name": each.name.name.text, "doc": _doc(file, line), "line": line}
 
 
 def _is_entry(declaration: ast.ScenarioDeclaration) -> bool:
@@ -120,10 +120,10 @@ def _is_entry(declaration: ast.ScenarioDeclaration) -> bool:
 
 
 def _unreadable(name: str, problem: str, line: int = 1) -> dict[str, Any]:
-    return {"file": name, "name": "", "title": "", "line": line, "problem": problem}
+    return {"file": name, "name": "", "doc": "", "line": line, "problem": problem}
 
 
-def _title(file: SourceFile, line: int) -> str:
+def _doc(file: SourceFile, line: int) -> str:
     """Return the comment above a scenario, or else the one at the top of its file, without directives."""
     directives = {number for number, *_ in directive_comments(file)}
     own = _plain(file, line, directives)
@@ -137,4 +137,4 @@ def _plain(file: SourceFile, line: int, directives: set[int]) -> str:
     found = comment_above(file, line).splitlines()
     numbers = range(line - len(found), line)
     lines = [text for number, text in zip(numbers, found, strict=True) if number not in directives]
-    return " ".join(" ".join(lines).split())[:_LONGEST_TITLE]
+    return " ".join(" ".join(lines).split())[:_LONGEST_DOC]

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import errno
-import socket
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -19,18 +17,18 @@ from seoro.concurrency.background import background
 from seoro.errors import UsageError
 from seoro.lab.reading import read_lab
 from seoro.ui.application import make_application
+from seoro.ui.examples import start_examples
 from seoro.ui.feeds import Feeds
+from seoro.ui.listening import Address, Endpoint, listening
 from seoro.ui.local_runs import LocalRuns
 from seoro.ui.places import Places
-from seoro.ui.providing import provide_executors
+from seoro.ui.providing import provide_executors, provide_own
 from seoro.ui.registry import RunRegistry
 from seoro.ui.scenario_files import ScenarioFiles
 from seoro.ui.security import Access
 from seoro.ui.site import Site
 from seoro.ui.sockets import LARGEST_MESSAGE
 
-PORT: Final = 7480
-LOOPBACK: Final = "127.0.0.1"
 _LAST_ANSWERS: Final = 2  # [s] for pending requests at the end
 
 
@@ -42,17 +40,19 @@ class SiteOptions:
         folders: Folders with runs, scenarios and campaigns.
         endpoint: Endpoint of executors; None for the default one.
         keys: Folder of keys; None for that of the environment or of the user.
-        port: Port; 0 for a free one.
+        address: Address to listen at.
         state: Folder for runs of this machine that the site starts.
         lab: Lab file; None for none.
+        is_demo: Whether to start the examples.
     """
 
     folders: tuple[Path, ...]
     state: Path
     endpoint: str | None = None
     keys: Path | None = None
-    port: int = PORT
+    address: Address = field(default_factory=Address)
     lab: Path | None = None
+    is_demo: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,22 +73,28 @@ async def open_site(options: SiteOptions) -> AsyncIterator[Served]:
     """Serve a site while the block lasts.
 
     Raises:
-        UsageError: A folder is missing, the port is in use, or the lab file is invalid.
+        UsageError: A folder is missing, the lab file is invalid, or as `listening`.
     """
     folders = tuple(_checked(folder) for folder in options.folders)
     lab = None if options.lab is None else read_lab(options.lab)
-    with _listening(LOOPBACK, options.port) as listener:
-        access = Access("http", (LOOPBACK, "localhost"), listener.getsockname()[1])
+    with listening(options.address, options.keys) as endpoint:
         async with background() as tasks:
             registry = RunRegistry()
             feeds = Feeds(registry, tasks)
             places = Places(folders)
-            site = Site(folders, options.keys, places, registry, feeds, ScenarioFiles(folders), tasks, lab)
-            tasks.start_soon(provide_executors, options.endpoint, options.keys, options.state, places, registry)
+            scenarios = ScenarioFiles(folders)
+            site = Site(folders, options.keys, places, registry, feeds, scenarios, tasks, lab, options.is_demo)
+            if not options.is_demo:
+                tasks.start_soon(
+                    provide_executors, options.endpoint, options.keys, options.state, places, registry
+                )
+            else:
+                tasks.start_soon(provide_own, options.state, places, registry)
+                tasks.start_soon(start_examples, site)
             tasks.start_soon(LocalRuns(folders).watch, registry)
             tasks.start_soon(feeds.forget_unused)
-            async with _serving(make_application(site, access), listener):
-                yield Served(site, access)
+            async with _serving(make_application(site, endpoint.access), endpoint):
+                yield Served(site, endpoint.access)
 
 
 class _Server(uvicorn.Server):
@@ -100,7 +106,8 @@ class _Server(uvicorn.Server):
 
 
 @asynccontextmanager
-async def _serving(application: ASGIApp, listener: socket.socket) -> AsyncIterator[None]:
+async def _serving(application: ASGIApp, endpoint: Endpoint) -> AsyncIterator[None]:
+    keys = endpoint.keys
     config = uvicorn.Config(
         application,
         access_log=False,
@@ -110,13 +117,15 @@ async def _serving(application: ASGIApp, listener: socket.socket) -> AsyncIterat
         log_level="critical",  # the application logs its errors
         proxy_headers=False,
         server_header=False,
+        ssl_certfile=None if keys is None else keys.certificate,
+        ssl_keyfile=None if keys is None else keys.key,
         timeout_graceful_shutdown=_LAST_ANSWERS,
         ws_max_size=LARGEST_MESSAGE,
         ws_per_message_deflate=False,
     )
     server = _Server(config)
     async with anyio.create_task_group() as tasks:
-        tasks.start_soon(server.serve, [listener])
+        tasks.start_soon(server.serve, [endpoint.listener])
         try:
             yield
         finally:
@@ -129,17 +138,3 @@ def _checked(folder: Path) -> Path:
         what = "is not a folder" if found.exists() else "does not exist"
         raise UsageError(f"{folder} {what}", help="name folders with runs or scenarios")
     return found
-
-
-@contextlib.contextmanager
-def _listening(host: str, port: int) -> Iterator[socket.socket]:
-    try:
-        listener = socket.create_server((host, port))
-    except (OSError, OverflowError) as error:
-        if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
-            raise UsageError(
-                f"port {port} is in use", help="choose another one with `--port N`; 0 for a free one"
-            ) from None
-        raise UsageError(f"cannot listen at {host}:{port}: {error}", help="choose another port") from None
-    with listener:
-        yield listener

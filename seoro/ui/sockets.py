@@ -26,7 +26,8 @@ async def send_all(socket: WebSocket, parts: AsyncGenerator[Data, None]) -> None
     Args:
         socket: The WebSocket.
         parts: Binary frames, and objects that are sent as JSON. It receives no request while the page is slow.
-            An error closes the socket with its text.
+            An error is sent as an object with `error` and `help`, and
+            closes the socket.
     """
     await socket.accept()
     async with anyio.create_task_group() as tasks:
@@ -37,6 +38,7 @@ async def send_all(socket: WebSocket, parts: AsyncGenerator[Data, None]) -> None
                     await _send(socket, part)
         except (RequestError, SeoroError) as error:
             found = as_request_error(error)
+            await _send(socket, found.data)
             await socket.close(_FAILED + found.status, _shortened(found.error))
         except WebSocketDisconnect:
             pass

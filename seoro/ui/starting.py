@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -25,10 +26,11 @@ from seoro.runtime.parameters.parameters import make_entry
 from seoro.ui.answers import RequestError, answer, as_request_error, read_object, text_of
 from seoro.ui.executors import describe
 from seoro.ui.parameters import field_of
-from seoro.ui.registry import Known
+from seoro.ui.registry import Known, Run
 from seoro.ui.site import Site
 
-SET: Final = "set"  # field with the values of parameters; the field of one is `set.PATH`
+SET: Final = "set"  # field with the values of parameters; errors of one name its path
+_REAL_TIME: Final = 1.0  # rate of simulators, for viewers
 _SEED: Final = 0  # whether values exist does not depend on it
 
 T = TypeVar("T")
@@ -38,18 +40,32 @@ def routes(site: Site) -> list[BaseRoute]:
     """Return the route that starts a run."""
 
     async def start(request: Request) -> Response:
-        form = await read_object(request)
-        with _naming("place"):
-            client, executor = site.places.find(text_of(form, "place"))
-        path = site.scenarios.path(text_of(form, "file"))
-        name, bundle = await anyio.to_thread.run_sync(prepare, path, form)
-        await _check_simulator(client, executor, bundle)
-        run = await client.submit_bundle(executor, bundle)
-        found = describe(run, text_of(form, "place"), name)
-        site.runs.update([Known(found, run)])
-        return answer({"run": found.id})
+        run = await start_run(site, await read_object(request))
+        return answer({"run": run.id})
 
     return [Route("/api/start", start, methods=["POST"])]
+
+
+async def start_run(site: Site, form: Mapping[str, Any]) -> Run:
+    """Start a run from the fields of a form.
+
+    Args:
+        site: The site.
+        form: Fields `place` and `file`, and those of `prepare`.
+
+    Raises:
+        RequestError: A field is invalid; the error names it.
+        BackendError: The executor refuses the run, or does not answer.
+    """
+    with _naming("place"):
+        client, executor = site.places.find(text_of(form, "place"))
+    path = site.scenarios.path(text_of(form, "file"))
+    name, bundle = await anyio.to_thread.run_sync(prepare, path, form)
+    await _check_simulator(client, executor, bundle)
+    run = await client.submit_bundle(executor, bundle)
+    found = describe(run, text_of(form, "place"), name)
+    site.runs.update([Known(found, run)])
+    return found
 
 
 def prepare(path: Path, form: Mapping[str, Any]) -> tuple[str, Bundle]:
@@ -66,11 +82,13 @@ def prepare(path: Path, form: Mapping[str, Any]) -> tuple[str, Bundle]:
         RequestError: A field is invalid; the error names it.
     """
     with _naming("file"):
-        scenario = check_file(path, import_python=False, name=text_of(dict(form), "file")).without_errors()
+        scenario = check_file(path, import_python=False, name=text_of(form, "file")).without_errors()
     options = _options(form)
     with _naming("scenario"):
         name = scenario.entry(options.name).name
     settings = _settings(scenario, options)
+    if options.simulator is None and settings.simulator is not None:  # named by the file
+        options = replace(options, simulator=replace(settings.simulator, rate=_REAL_TIME))
     _check_missing(scenario, settings)
     with _naming(""):
         _check_values(scenario, settings)
@@ -79,40 +97,37 @@ def prepare(path: Path, form: Mapping[str, Any]) -> tuple[str, Bundle]:
 
 def _options(form: Mapping[str, Any]) -> Options:
     """Convert the fields of a form."""
-    data = dict(form)
-    simulator, world = text_of(data, "simulator"), text_of(data, "world")
-    rate = _converted(data, "rate", _rate, "a number above 0, or max")
+    simulator, world = text_of(form, "simulator"), text_of(form, "world")
+    rate = _converted(form, "rate", _rate, "a number above 0, or max")
+    chosen = None
     if simulator or world or rate is not None:
-        with _naming("rate"):
-            chosen = Simulator(simulator or None, world=world or None, rate=math.inf if rate is None else rate)
-    else:
-        chosen = None
+        chosen = Simulator(simulator or None, world=world or None, rate=_REAL_TIME if rate is None else rate)
     with _naming(""):
         return options_from(
             {
-                "name": text_of(data, "scenario") or None,
-                "seed": _converted(data, "seed", _whole, "a whole number from 0"),
-                "overrides": _overrides(data),
+                "name": text_of(form, "scenario") or None,
+                "seed": _converted(form, "seed", _whole, "a whole number from 0"),
+                "overrides": _overrides(form),
                 "simulator": chosen,
-                "timeout": _converted(data, "timeout", _number, "seconds above 0"),
+                "timeout": _converted(form, "timeout", _number, "seconds above 0"),
                 "leasing": Leasing(wait=math.inf),
             }
         )
 
 
-def _overrides(data: Mapping[str, Any]) -> dict[str, str]:
-    found = data.get(SET) or {}
+def _overrides(form: Mapping[str, Any]) -> dict[str, str]:
+    found = form.get(SET) or {}
     if not isinstance(found, dict):
         raise RequestError(400, "invalid `set`: expected an object of expressions by path", field=SET)
     for path, text in found.items():
         if not isinstance(text, str):
-            raise RequestError(400, f"invalid value of `{path}`: expected an expression", field=f"{SET}.{path}")
+            raise RequestError(400, f"invalid value of `{path}`: expected an expression", field=path)
     return {path: text.strip() for path, text in found.items() if text.strip()}
 
 
-def _converted(data: Mapping[str, Any], name: str, convert: Callable[[object], T], expected: str) -> T | None:
+def _converted(form: Mapping[str, Any], name: str, convert: Callable[[object], T], expected: str) -> T | None:
     """Convert an optional field; an empty text is a missing one."""
-    found = data.get(name)
+    found = form.get(name)
     if found is None or found == "":
         return None
     try:
@@ -154,7 +169,7 @@ def _check_missing(scenario: Scenario, settings: Options) -> None:
         missing = Plans(scenario.checked, settings.name).missing_values()
     for path in missing:
         if not any(path == each or path.startswith(f"{each}.") for each in settings.overrides):
-            raise RequestError(400, f"missing value of `{path}`", "it has no default", f"{SET}.{path}")
+            raise RequestError(400, f"missing value of `{path}`", "it has no default", path)
 
 
 def _check_values(scenario: Scenario, settings: Options) -> None:
@@ -189,7 +204,7 @@ def _naming(field: str) -> Iterator[None]:
         yield
     except SeoroError as error:
         path = field_of(error)
-        found = as_request_error(error, f"{SET}.{path}" if path else field)
+        found = as_request_error(error, path or field)
         if isinstance(error, InvalidScenario):
             first = error.diagnostics[0]
             span = first.primary.span

@@ -29,7 +29,7 @@ OWN = {
     "sim_nodes/models/decomposition.py": "arrays between its own processes",
     "seoro/ui/application.py": "pages that come with seoro",
     "seoro/cli/follower.py": "files that it has just fetched",
-    "seoro/cli/output_folder.py": "its own index",
+    "seoro/embed/output_folder.py": "its own index",
     "seoro/cli/fmt_command.py": "writes a new file",
     "seoro/executor/storage/blobs.py": "blobs of the executor",
     "seoro/executor/sandbox/broker.py": "certificates in the folder of the executor's keys",

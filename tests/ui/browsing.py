@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -31,6 +32,18 @@ class Browser:
     def get(self, path: str) -> Any:
         """Return the JSON data of a path."""
         return self.http.get(path).raise_for_status().json()
+
+    def wait_for(self, path: str, fits: Callable[[Any], bool]) -> Any:
+        """Wait until the JSON data of a path fits."""
+        end = time.monotonic() + DEADLINE
+        while not fits(found := self.get(path)):
+            assert time.monotonic() < end, found
+            time.sleep(0.05)
+        return found
+
+    def frame(self, socket: ClientConnection) -> dict[str, Any]:
+        """Return the JSON data of the next frame of a run."""
+        return read_frame(socket.recv(DEADLINE))[0]
 
     def post(self, path: str, data: object = None) -> httpx.Response:
         return self.http.post(path, json=data, headers={"Origin": self.origin})

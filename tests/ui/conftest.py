@@ -39,7 +39,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def served(lab: RunningExecutor, folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    with serving(SiteOptions((folder,), tmp_path_factory.mktemp("state"), lab.endpoint, port=0)) as found:
+    with serving(SiteOptions((folder,), tmp_path_factory.mktemp("state"), lab.endpoint)) as found:
         yield found
 
 

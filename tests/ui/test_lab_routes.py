@@ -32,7 +32,7 @@ def browser(hall: Hall, lab: RunningExecutor, tmp_path_factory: pytest.TempPathF
         f"simulators:\n  hall: {{connect: '{hall.endpoint}'}}\nrobots:\n  tb2: {{in: hall, as: second}}\n"
     )
     with (
-        serving(SiteOptions((folder,), folder / "state", lab.endpoint, port=0, lab=file)) as served,
+        serving(SiteOptions((folder,), folder / "state", lab.endpoint, lab=file)) as served,
         opened(served.access) as browser,
     ):
         yield browser

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import anyio
 import pytest
+from websockets.exceptions import ConnectionClosed
 
 import seoro
 from seoro.ui.server import Served
@@ -86,5 +87,7 @@ def test_an_active_run_in_a_folder_is_followed_until_it_is_killed(
 
 def test_unknown_runs_are_errors(browser: Browser, served: Served) -> None:
     assert browser.http.get("/api/run/f00/block/0").status_code == 404
-    with browser.socket("/api/run/f00") as socket, pytest.raises(Exception, match="unknown run"):
-        socket.recv(DEADLINE)
+    with browser.socket("/api/run/f00") as socket:
+        assert json.loads(socket.recv(DEADLINE))["error"] == "unknown run"
+        with pytest.raises(ConnectionClosed, match="4404"):
+            socket.recv(DEADLINE)

@@ -58,7 +58,7 @@ def form(folder: Path) -> Path:
 
 def test_scenarios_are_listed(browser: Browser, form: Path) -> None:
     found = [each for each in browser.get("/api/scenarios")["scenarios"] if each["file"] == FILE]
-    assert [(each["name"], each["title"]) for each in found] == [
+    assert [(each["name"], each["doc"]) for each in found] == [
         ("first", "Waits, and logs."),
         ("needy", "Waits, and logs."),
         ("second", "The other one."),
@@ -74,9 +74,10 @@ def test_the_form_of_a_scenario_has_its_parameters(browser: Browser, form: Path)
     assert list(parameters) == ["pause", "speed", "shade", "goal.x", "goal.y", "is_loud"]
     pause = parameters["pause"]
     assert (pause["type"], pause["unit"], pause["doc"]) == ("time", "s", "Time until the end.")
-    assert (pause["minimum"], pause["maximum"], pause["required"]) == ("0.1s", "2.0s", False)
+    assert (pause["minimum"], pause["maximum"], pause["required"]) == (0.1, 2.0, False)
     assert (parameters["speed"]["unit"], parameters["speed"]["default"]) == ("m/s", "3kph")
     assert parameters["shade"]["choices"] == ["colour!red", "colour!green"]
+    assert pause["choices"] is None
     assert parameters["is_loud"]["choices"] == ["true", "false"]
     needed = browser.get(f"/api/scenario?file={FILE}&name=needy")["parameters"]
     assert [(each["path"], each["required"]) for each in needed] == [("goal.x", True), ("goal.y", False)]
@@ -115,12 +116,12 @@ def test_a_form_starts_a_run(browser: Browser, form: Path) -> None:
         ({"rate": "fast", "simulator": "mujoco"}, "rate", "expected a number above 0, or max"),
         ({"rate": 1}, "simulator", "need a simulator"),
         ({"simulator": "none"}, "simulator", "no simulator `none`"),
-        ({"set": {"pause": 3}}, "set.pause", "expected an expression"),
-        ({"set": {"goal.x": "1m", "pause": "3"}}, "set.pause", ""),
-        ({"set": {"goal.x": "1m", "pause": "3s"}}, "set.pause", ""),
-        ({"set": {"goal.x": "1m", "pause": "1 +"}}, "set.pause", ""),
-        ({"set": {"goal.x": "1m", "unknown": "1"}}, "set.unknown", "unknown parameter"),
-        ({"scenario": "needy", "set": {}}, "set.goal.x", "missing value of `goal.x`"),
+        ({"set": {"pause": 3}}, "pause", "expected an expression"),
+        ({"set": {"goal.x": "1m", "pause": "3"}}, "pause", ""),
+        ({"set": {"goal.x": "1m", "pause": "3s"}}, "pause", ""),
+        ({"set": {"goal.x": "1m", "pause": "1 +"}}, "pause", ""),
+        ({"set": {"goal.x": "1m", "unknown": "1"}}, "unknown", "unknown parameter"),
+        ({"scenario": "needy", "set": {}}, "goal.x", "missing value of `goal.x`"),
     ],
 )
 def test_errors_name_the_field(

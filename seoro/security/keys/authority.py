@@ -84,14 +84,12 @@ class Authority:
             role: Role of the identity.
             to: The folder; may be that of the authority.
             days: Validity of the certificate [days].
-            hosts: Host names and addresses of roles that listen.
+            hosts: Host names and addresses where the identity listens; people listen with `seoro ui` only.
 
         Raises:
             InvalidKeys: The name is taken, the folder contains keys, or the lab has no free certificate slot.
         """
         check_name(name, "an identity")
-        if hosts and not role.listens:
-            raise InvalidKeys(f"hosts for role {role.value}, which does not listen", help="leave out `--host`")
         issued = self.issued()
         if any(each.identity.name == name and not each.is_revoked for each in issued):
             raise InvalidKeys(
@@ -113,8 +111,7 @@ class Authority:
             InvalidKeys: The name is unknown.
         """
         identity = self._known(name)[-1]
-        kept = hosts or [host for host in identity.hosts if identity.role.listens]
-        return self._issue(name, identity.slot, to, days, kept)
+        return self._issue(name, identity.slot, to, days, hosts or identity.hosts)
 
     def revoke(self, name: str) -> Revocations:
         """Revoke all certificates of an identity; returns the new list.

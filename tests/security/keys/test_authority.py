@@ -52,8 +52,9 @@ def test_the_certificate_contains_the_hosts(lab: KeyedLab) -> None:
     assert {"lab-b.example.org", "10.0.0.7", "localhost", "127.0.0.1"} <= set(made.hosts)
     renewed = lab.authority.renew("lab-b", lab.keys("lab-b"))
     assert set(renewed.hosts) == set(made.hosts)
-    with pytest.raises(UsageError, match="hosts for role viewer, which does not listen"):
-        lab.authority.add("vic", Role.VIEWER, lab.keys("vic"), hosts=["here"])
+    person = lab.authority.add("vic", Role.VIEWER, lab.keys("vic"), hosts=["lab-pc.example.org"])
+    assert "lab-pc.example.org" in person.hosts  # of `seoro ui`
+    assert lab.authority.add("cleo", Role.OPERATOR, lab.keys("cleo")).hosts == ()
 
 
 @pytest.mark.parametrize("name", ["", "Anna", "a/b", "../a", "a" * 65])
