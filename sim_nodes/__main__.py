@@ -28,7 +28,7 @@ from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import UsageError
 from seoro.text.printable import log_to_stderr
 from sim_nodes import snapshots
-from sim_nodes.memory import zeros_returned
+from sim_nodes.memory import return_free, zeros_returned
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve
 from sim_nodes.physics import Engine
 from sim_nodes.simulator import Simulator
@@ -109,6 +109,7 @@ def _make(engine: Callable[[], Engine], options: argparse.Namespace) -> Simulato
     with zeros_returned():  # of Bullet; all other threads wait yet
         physics = engine()
     simulator = Simulator(physics, beginning, options.seed, ModelPath(options.model_path))
+    return_free()  # by compiled models
     if options.rate is not None:
         simulator.set_state(SimulationState.PLAYING, options.rate)
     return simulator

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.graph import MCP_Geometric
 
 from sim_nodes.geometry import Array, Pose2
 from sim_nodes.metrics import EndedDrive
@@ -48,6 +47,8 @@ def shortest_length(known: NavigationMap, radius: float, start: Pose2, end: Pose
     A path through cells is pulled straight between its corners. Where no such path exists, as next to walls, it is
     the distance of the points.
     """
+    from skimage.graph import MCP_Geometric  # noqa: PLC0415 - slow to load
+
     grid, free = known.grid, known.distance >= radius
     ends = [grid.cell(start.x, start.y), grid.cell(end.x, end.y)]
     straight = end.distance(start.x, start.y)

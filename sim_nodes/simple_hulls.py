@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from sim_nodes.bodies import Hull
 from sim_nodes.geometry import Array
@@ -31,6 +30,8 @@ def simplified(hull: Hull) -> SimpleHull | None:
     Args:
         hull: The hull.
     """
+    from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - slow to load, and large
+
     points = hull.points
     scaled = points / np.maximum(np.ptp(points, axis=0), FLAT)  # as if it were as high as long and wide
     corners = points[np.unique(np.argmax(scaled @ DIRECTIONS.T, axis=0))]

@@ -39,7 +39,9 @@ from seoro.security.network.peers import node_signer
 SIMULATORS = {"mujoco": "mujoco", "pybullet": "pybullet"}  # required module of each simulator
 ENGINES = "seoro.engines"  # entry-point group of engines in other packages
 PYBULLET_SOURCE = (3, 12)  # first version of Python without packages of PyBullet
-START_TIMEOUT = 30.0  # [s]
+# [s] for all users of simulators: at low priority on a busy machine, 1 s of processor time takes minutes.
+# The end of the process is noticed at once.
+START_TIMEOUT = 600.0
 START = "start one with `seoro sim mujoco`"
 MAX_FOLDER = 60  # [characters]; paths of sockets have at most 107
 STOP_TIMEOUT = 2.0  # [s] time limit of a node to end; then it is killed

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
@@ -149,6 +148,8 @@ def _described(item: ErrorDetails, model: type[BaseModel]) -> str:
         return "found {actual_length} items, expected {max_length} at most".format_map(item["ctx"])
     if item["type"] != "extra_forbidden":
         return item["msg"]
+    from difflib import get_close_matches  # noqa: PLC0415 - slow to load, and only needed for errors
+
     *parents, key = item["loc"]
     known = sorted(_keys_at(model, parents))
     close = get_close_matches(str(key), known, n=1)

@@ -50,7 +50,7 @@ class Rays:
         self._seen = np.flatnonzero(np.isin(self._group_of_geom, SEEN_BY_RAYS))  # geoms
         bodies = model.geom_bodyid[self._seen]
         self._with_seen, self._first_seen = np.unique(bodies, return_index=True)
-        self._without_seen = np.setdiff1d(np.arange(model.nbody), self._with_seen)
+        self._without_seen = np.setdiff1d(np.arange(model.nbody), self._with_seen, assume_unique=True)
         self._root_of_seen = model.body_rootid[bodies]
         radius = model.geom_rbound[self._seen]
         self._reach = np.where(radius > 0.0, radius + SLACK, np.inf)  # planes are endless

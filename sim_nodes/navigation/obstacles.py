@@ -90,7 +90,7 @@ class ObstacleLayer(Stateful):
         inside = grid.inside(*places[firsts].T)
         cells, places = cells[inside], places[firsts[inside]]
         others = ~np.isin(self._cells, cells)
-        is_new = len(np.setdiff1d(cells, self._cells[self._is_touched])) > 0
+        is_new = not np.isin(cells, self._cells[self._is_touched]).all()
         order = np.argsort(np.concatenate([self._cells[others], cells]), kind="stable")
         self._cells = np.concatenate([self._cells[others], cells])[order]
         self._counts = np.concatenate([self._counts[others], np.full(len(cells), TOUCHED)])[order]

@@ -20,7 +20,7 @@ def test_the_core_imports_no_engine_and_no_plotting() -> None:
 
 @pytest.mark.parametrize("engine", [pytest.param(name, marks=pytest.mark.engine(name)) for name in ENGINES])
 def test_a_node_starts_without_libraries_for_pictures_meshes_and_statistics(engine: str) -> None:
-    heavy = {"glfw", "matplotlib", "OpenGL", "PIL", "scipy", "trimesh", "av"}
+    heavy = {"glfw", "matplotlib", "OpenGL", "PIL", "scipy", "skimage", "trimesh", "av"}
     start = f"from sim_nodes.simulator import Simulator; Simulator(main.ENGINES[{engine!r}](), 'maze', 0); "
     check = (
         "import sys; import sim_nodes.__main__ as main; "

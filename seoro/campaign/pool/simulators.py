@@ -19,7 +19,6 @@ from seoro.embed.options import ROS_SIMULATOR
 from seoro.errors import BackendError
 from seoro.lang.frozen import Value
 
-START_TIMEOUT: Final = 600.0  # [s]; at low priority on a busy machine, 1 s of processor time takes minutes
 STOP_TIMEOUT: Final = 5.0  # [s]; then it is killed
 STDERR_TIMEOUT: Final = 0.5  # [s] to read the last lines of an ended process
 STDERR_LINES: Final = 20  # kept for messages
@@ -62,6 +61,7 @@ async def simulator_node(name: str) -> AsyncIterator[Node]:
         BackendError: It did not start.
     """
     from seoro.bridges.launch import (  # noqa: PLC0415 - for campaigns with a simulator only
+        START_TIMEOUT,
         check_installed,
         folder_for_sockets,
     )
