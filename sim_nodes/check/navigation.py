@@ -21,11 +21,11 @@ import numpy as np
 from seoro.deferred import dataclass
 from sim_nodes import codec
 from sim_nodes.check.bench import BASE, expect, expect_near
-from sim_nodes.geometry import Array, Pose2, lengths_along, wrap
+from sim_nodes.check.room import ALONG, AT_WALL, CLOSED_ROOM, GOAL, GOALS, ROOM, START, path_for, start_of
+from sim_nodes.geometry import Array, Pose2, wrap
 from sim_nodes.navigation.contracts import ControlInput, Controller, Path, Planner, PlanRequest, Setup
-from sim_nodes.navigation.maps import NavigationMap, build_map
+from sim_nodes.navigation.maps import NavigationMap
 from sim_nodes.noise import Noise
-from sim_nodes.physics import Wall
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.kinematics import AT_REST, Velocity
 from sim_nodes.robots.navigation import Parameter
@@ -47,13 +47,6 @@ class Make(Generic[P]):
         return self.plugin(Setup(self.base, known, self.parameters, Noise(0, "check")))
 
 
-EXTENT = (-3.0, -3.0, 3.0, 3.0)  # [m]
-ROOM = build_map(EXTENT, (Wall("wall", 0.0, -0.5, math.pi / 2, 5.0, 0.1, 0.5),))
-CLOSED_ROOM = build_map(EXTENT, (Wall("wall", 0.0, 0.0, math.pi / 2, 7.0, 0.1, 0.5),))
-START, GOAL = Pose2(-1.0, 1.0, 0.0), Pose2(1.0, -2.0, 0.0)
-GOALS = (GOAL, Pose2(1.73, 2.21, 1.0), Pose2(-2.4, -1.9, 0.0), START)
-ALONG = Pose2(-1.0, 1.5, math.pi / 2)  # on the path, along it
-AT_WALL = Pose2(-0.15, 0.0, 0.0)  # closer to the wall than the clearance
 LEAVING = 0.35  # [m] around a start at an obstacle, where the clearance is not required
 SLACK = 0.025  # [m] of the clearance: half a cell
 EXACT = 1e-6
@@ -186,7 +179,7 @@ def restored_planners_continue_identically(make: Make[Planner]) -> None:
 
 def controllers_reach_the_goal(make: Make[Controller]) -> None:
     """A controller leads a robot without errors along a path to its end, within 5 cm in 60 s."""
-    path = _path(make.base)
+    path = path_for(make.base)
     end = _drive(make(ROOM), path)[-1][0]
     expect_near("the end of the drive [m]", end[:2], path.points[-1], ARRIVED)
 
@@ -194,7 +187,7 @@ def controllers_reach_the_goal(make: Make[Controller]) -> None:
 def velocities_are_within_limits(make: Make[Controller]) -> None:
     """Velocities are finite and within the limits of the drive; cars turn by curves only."""
     drive = make.base.drive
-    for _, velocity in _drive(make(ROOM), _path(make.base)):
+    for _, velocity in _drive(make(ROOM), path_for(make.base)):
         fast = abs(velocity.linear) <= drive.max_speed + EXACT
         turning = abs(velocity.angular) <= drive.max_turn_rate + EXACT
         lateral = abs(velocity.lateral) <= drive.max_lateral_speed + EXACT
@@ -205,8 +198,8 @@ def velocities_are_within_limits(make: Make[Controller]) -> None:
 
 def controllers_stop_before_obstacles(make: Make[Controller]) -> None:
     """A robot with obstacles all around, 1 cm beyond its radius, does not drive."""
-    path = _path(make.base)
-    here = ALONG if path.headings is None else _start_of(path)
+    path = path_for(make.base)
+    here = ALONG if path.headings is None else start_of(path)
     velocity = make(ROOM).follow(path, _input(here, _ring(make.base.radius + 0.01)), stops=True)
     stands = velocity is None or velocity.linear == velocity.lateral == 0.0
     expect(stands, f"the robot drives into them at {velocity}")
@@ -214,13 +207,13 @@ def controllers_stop_before_obstacles(make: Make[Controller]) -> None:
 
 def control_is_repeatable(make: Make[Controller]) -> None:
     """Two controllers return identical velocities for the same inputs."""
-    path = _path(make.base)
+    path = path_for(make.base)
     expect(_drive(make(ROOM), path) == _drive(make(ROOM), path), "two controllers returned different velocities")
 
 
 def restored_controllers_continue_identically(make: Make[Controller]) -> None:
     """A controller with the state of another one, by `STATE`, continues with identical velocities."""
-    controller, restored, path = make(ROOM), make(ROOM), _path(make.base)
+    controller, restored, path = make(ROOM), make(ROOM), path_for(make.base)
     driven = _drive(controller, path, decisions=30)
     restored.restore(codec.unpack(codec.pack(controller.save())))
     here = driven[-1][0]
@@ -280,28 +273,6 @@ def _room_along(path: Path) -> float:
     return float(ROOM.grid.interpolate(ROOM.distance, *points.T).min())
 
 
-def _path(base: MobileDeclaration) -> Path:
-    """Return a path with a curve, for a car one that it can follow; others start at `START` and end at `GOAL`."""
-    if base.drive.min_turning_radius:
-        return _curve(1.5 * base.drive.min_turning_radius)
-    corners = np.array([START[:2], (-1.0, 2.4), (1.0, 2.4), GOAL[:2]])
-    lengths = lengths_along(corners)
-    along = np.linspace(0.0, lengths[-1], 200)
-    return Path(np.column_stack([np.interp(along, lengths, corners[:, axis]) for axis in (0, 1)]))
-
-
-def _start_of(path: Path) -> Pose2:
-    return START if path.headings is None else Pose2(*path.poses[0].tolist())
-
-
-def _curve(radius: float) -> Path:
-    """Return a quarter of a circle [m], and a straight line through `ALONG`."""
-    angles, line = np.linspace(0.0, math.pi / 2, 60), np.linspace(-0.5, 2.0, 60)[1:]
-    arc = np.column_stack([radius * (np.sin(angles) - 1.0) + ALONG.x, -0.5 + radius * (-np.cos(angles))])
-    straight = np.column_stack([np.full(len(line), ALONG.x), line])
-    return Path(np.vstack([arc, straight]), np.append(angles, np.full(len(line), ALONG.yaw)))
-
-
 def _input(pose: Pose2, scan: Scan, velocity: Velocity = AT_REST, tick: int = 0) -> ControlInput:
     return ControlInput(pose, velocity, scan, np.zeros((0, 2)), touched=False, tick=tick)
 
@@ -323,7 +294,7 @@ def _drive(
     decisions: int = MOST_DECISIONS,
 ) -> list[tuple[Pose2, Velocity]]:
     """Drive along a path without errors, by default from its start; returns poses and velocities."""
-    pose, velocity = start or _start_of(path), AT_REST
+    pose, velocity = start or start_of(path), AT_REST
     end = path.points[-1].tolist()
     driven = []
     if begins:

@@ -10,6 +10,14 @@ from sim_nodes.robots.declaration import MobileDeclaration
 
 PASSED = 2.5  # times the tolerance within which a robot that has driven past the goal has arrived
 ASIDE = 4.0  # times the tolerance to the side within which a robot has arrived that cannot move sideways
+ALIGN_GAIN = 1.5  # [1/s]
+ALIGN_RATES = (0.3, 1.2)  # minimum and maximum [rad/s]
+
+
+def align_rate(error: float) -> float:
+    """Return the rate of a turn in place to the heading of a pose, by the remaining angle [rad], [rad/s]."""
+    low, high = ALIGN_RATES
+    return math.copysign(max(low, min(high, ALIGN_GAIN * abs(error))), error)
 
 
 def has_arrived(

@@ -14,7 +14,7 @@ from typing import assert_never
 
 from seoro.bridges.wire import Outcome
 from sim_nodes.geometry import Pose2, wrap
-from sim_nodes.navigation.arrival import has_arrived
+from sim_nodes.navigation.arrival import align_rate, has_arrived
 from sim_nodes.navigation.contracts import ControlInput, Controller, Following, Path, Setup
 from sim_nodes.navigation.cover import cover_of
 from sim_nodes.navigation.goals import Feedback, Goal, check_reachable
@@ -38,8 +38,6 @@ BLOCKED_TIME = 0.6  # [s] without an open arc before a recovery
 MIN_MADE = 0.5  # [m] of progress from which the average speed is meaningful
 SETTLE_TIME = 5.0  # [s] after which a robot that does not come to rest counts as arrived
 ALIGN_TIME = 10.0  # [s] after which a robot that does not reach its heading counts as arrived
-ALIGN_GAIN = 1.5  # [1/s]
-ALIGN_RATES = (0.3, 1.2)  # minimum and maximum [rad/s]
 
 
 class Phase(Enum):
@@ -319,9 +317,7 @@ class Navigator(Stateful):
         if abs(error) < self._parameters.yaw_goal_tolerance or self._cycles * self._interval > ALIGN_TIME:
             self._enter(Phase.SETTLE)
             return self._settle(now)
-        low, high = ALIGN_RATES
-        rate = max(low, min(high, ALIGN_GAIN * abs(error)))
-        turn = math.copysign(rate, error)
+        turn = align_rate(error)
         self._ramp.wanted = Velocity(0.0, turn) if self._recoveries.can_turn(now, turn) else AT_REST
         return None
 

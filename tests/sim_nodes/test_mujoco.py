@@ -124,7 +124,7 @@ def test_values_of_all_joints_are_converted_once_in_a_step(monkeypatch: pytest.M
         made.append(JointValues(data))
         return made[-1]
 
-    monkeypatch.setattr("sim_nodes.mujoco.engine.JointValues", recorded)
+    monkeypatch.setattr("sim_nodes.mujoco.bodies.JointValues", recorded)
     for robot in (ROBOT, OTHER):
         engine.command_wheels(robot, 5.0, 5.0)
     engine.step()
