@@ -2,7 +2,9 @@
 
 import json
 import random
+import re
 from collections.abc import Iterable
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -16,7 +18,15 @@ from seoro.campaign.report.summary import MOST_ROWS, summarize
 from seoro.campaign.runs import End, Planned, Row
 from seoro.campaign.stopping.rules import percent
 from seoro.campaign.store.batches import read_batches
-from seoro.campaign.store.folder import ASKED, RUNS, find_planned, read_campaign, write_campaign
+from seoro.campaign.store.covered import CoveredItem
+from seoro.campaign.store.folder import (
+    ASKED,
+    RUNS,
+    StrategyText,
+    find_planned,
+    read_campaign,
+    write_campaign,
+)
 from seoro.campaign.work.measurements import reason_key
 from seoro.cli.main import main
 from tests.campaign.generated import generate, row, rows, store
@@ -215,3 +225,38 @@ def test_the_command_writes_all_results(tmp_path: Path, capsys: pytest.CaptureFi
 )
 def test_a_kind_of_failure_keeps_names(reason: str, key: str) -> None:
     assert reason_key(reason) == key
+
+
+@pytest.mark.parametrize(
+    ("cells", "kinds"),
+    [
+        ("", [("2", 3), ("1", 1)]),
+        ("robot.a,duration", [("0.8..0.92", 3), ("0.44..0.56", 1), ("0.68..0.8", 2)]),
+    ],
+)
+def test_the_worst_run_of_each_kind_is_shown(tmp_path: Path, cells: str, kinds: list[tuple[str, int]]) -> None:
+    def covering(number: int, bucket: str, end: End, margin: float) -> Row:
+        item = {"item": "main.a", "kind": "cover", "unit": "", "target": 1, "total": 3, "illegal": 0, "outside": 0}
+        return replace(
+            row(number, end),
+            margin=margin,
+            duration=2.0,
+            coverage=(item | {"buckets": {bucket: 1}},),
+            measured={"robot.a": 0.5 + 0.2 * (number - 1)},
+        )
+
+    given = [
+        covering(1, "1", End.PASSED, 0.1),
+        covering(2, "1", End.PASSED, 0.3),
+        covering(3, "2", End.FAILED, -0.2),
+        covering(4, "3", End.ERROR, -1.0),
+    ]
+    generate(tmp_path, 0)
+    items = (CoveredItem(item="main.a", definition=""),)
+    text = StrategyText(name="map-elites", options={"cells": cells})
+    write_campaign(tmp_path, read_campaign(tmp_path).model_copy(update={"strategy": text, "items": items}))
+    store(tmp_path, "worker", given)
+    page = write_report(tmp_path).read_text()
+    table = page.partition("Worst run of each kind")[2].partition("</table>")[0]
+    found = re.findall(r"<tr><td>([^<]*)</td>(?:<td>[^<]*</td>)?<td class=\"number\">(\d+)", table)
+    assert [(kind, int(run)) for kind, run in found] == kinds

@@ -16,6 +16,10 @@ from seoro.campaign.report.style import STYLE
 from seoro.campaign.report.summary import Summary, summarize
 from seoro.campaign.store.batches import read_batches
 from seoro.campaign.store.folder import CampaignFile, read_campaign
+from seoro.campaign.store.index import RowIndex
+from seoro.campaign.strategies.choice import make_strategy
+from seoro.campaign.strategies.elites import elites_of
+from seoro.campaign.strategies.map_elites import MapElites
 
 REPORT: Final = "report.html"
 _CONTROLS: Final = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # invalid in HTML, or not UTF-8
@@ -64,9 +68,20 @@ def page(summary: Summary, campaign: CampaignFile, folder: Path) -> Iterator[str
     yield from sections.verdict(summary, campaign)
     yield from sections.failures(summary, folder)
     yield from findings(folder)
+    if campaign.strategy.name == MapElites.name:
+        yield from _elites(campaign, folder)
     yield from sections.parameters(summary)
     yield from sections.measurements(summary)
     yield from sections.coverage(summary)
     yield from sections.table(summary)
     yield from sections.making(summary, campaign)
     yield "</body></html>\n"
+
+
+def _elites(campaign: CampaignFile, folder: Path) -> Iterator[str]:
+    """Yield the worst run of each kind, in another pass over the rows."""
+    strategy, index = make_strategy(campaign.strategy), RowIndex(folder)
+    assert isinstance(strategy, MapElites), "by its name"
+    found = elites_of(strategy, [each.item for each in campaign.items], index.__iter__)
+    if found is not None:
+        yield from sections.elites(found)

@@ -18,6 +18,7 @@ from seoro.campaign.runs import End, Row
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.stopping.rules import percent
 from seoro.campaign.store.folder import CampaignFile
+from seoro.campaign.strategies.elites import Elites
 
 MOST_LETTERS: Final = 300  # of a text of a run
 _LETTERS: Final = 90  # of a title
@@ -29,6 +30,7 @@ _BARS: Final = 10
 _CELLS: Final = 8  # of a heat map, in each direction
 _SHOWN: Final = 6  # charts outside of the folded part
 _FAILURES: Final = 20
+_ELITES: Final = 100
 _BUCKETS: Final = 8  # of an item, that are shown
 
 
@@ -148,6 +150,27 @@ def table(summary: Summary) -> Iterator[str]:
         yield f'<tr><td class="number">{row.run}{_link(row)}</td><td class="{status}">{status}</td>'
         yield "".join(cells)
         yield f'<td class="reason">{_text(row.reason)}</td><td>{_text(row.where)}</td></tr>\n'
+    yield "</table></div>"
+
+
+def elites(found: Elites) -> Iterator[str]:
+    """Yield the worst run of each kind."""
+    shown = found.elites[:_ELITES]
+    if not shown:
+        return
+    kinds = f"{len(found.elites):,} kinds" if len(found.elites) > 1 else "1 kind"
+    most = f"; {len(shown)} are shown" if len(shown) < len(found.elites) else ""
+    yield '<h2>Worst run of each kind</h2><p class="note">'
+    yield f"{kinds} of runs, by {_text(' and '.join(found.titles))}{most}, the worst first.</p>"
+    paths = list(dict.fromkeys(path for each in shown for path in each.row.values))[:_BARS]
+    titles = [*found.titles, "run", "status", found.column, *paths]
+    heads = "".join(f"<th>{_text(title, _LETTERS)}</th>" for title in titles)
+    yield f'<div class="scroll"><table><tr>{heads}</tr>'
+    for kind, row, value in shown:
+        status = row.status.value
+        yield f"<tr>{''.join(map(_cell, kind))}"
+        yield f'<td class="number">{row.run}{_link(row)}</td><td class="{status}">{status}</td>'
+        yield f"{_cell(value)}{''.join(_cell(row.values.get(path)) for path in paths)}</tr>\n"
     yield "</table></div>"
 
 

@@ -61,19 +61,20 @@ class MapElites(Value):
         if not space.axes:
             raise UsageError("a search needs a parameter that varies")
         check_installed(self.name, "ribs")
-        cells = _Columns(*self._columns()) if "," in self.cells else _Buckets(_item(self.cells, space))
-        return self._batches(space, objective_of(self.minimize, self.maximize), cells, seed)
+        return self._batches(
+            space, self.objective, cells_of(self.cells, [each.item for each in space.items]), seed
+        )
 
-    def _columns(self) -> tuple[str, str]:
-        columns = [each.strip() for each in self.cells.split(",")]
-        if len(columns) != 2 or not all(columns):
-            raise UsageError(
-                f"invalid `--cells {self.cells}`: expected a `cover` item, or two columns",
-                help="for example `--cells robot.path_length,robot.max_speed`",
-            )
-        return columns[0], columns[1]
+    @property
+    def objective(self) -> Objective:
+        """What the search lowers.
 
-    def _batches(self, space: Space, objective: Objective, cells: _Cells, seed: int) -> Batches:
+        Raises:
+            UsageError: Two columns are given.
+        """
+        return objective_of(self.minimize, self.maximize)
+
+    def _batches(self, space: Space, objective: Objective, cells: Cells, seed: int) -> Batches:
         from ribs.archives import GridArchive  # noqa: PLC0415 - an extra
         from ribs.emitters import IsoLineEmitter  # noqa: PLC0415 - the same
 
@@ -109,13 +110,33 @@ def _allowed(emitter: IsoLineEmitter, space: Space) -> list[Shares]:
     return found
 
 
-def _item(name: str, space: Space) -> str:
+def cells_of(text: str, known: Sequence[str]) -> Cells:
+    """Return the cells of a search.
+
+    Args:
+        text: Value of the option `--cells`.
+        known: Names of the `cover` items of the scenario.
+
+    Raises:
+        UsageError: The item is unknown, or the option is invalid.
+    """
+    if "," not in text:
+        return _Buckets(_item(text, known))
+    columns = [each.strip() for each in text.split(",")]
+    if len(columns) != 2 or not all(columns):
+        raise UsageError(
+            f"invalid `--cells {text}`: expected a `cover` item, or two columns",
+            help="for example `--cells robot.path_length,robot.max_speed`",
+        )
+    return _Columns(columns[0], columns[1])
+
+
+def _item(name: str, known: Sequence[str]) -> str:
     """Return the name of the `cover` item whose buckets are cells.
 
     Raises:
         UsageError: The scenario does not have it.
     """
-    known = [each.item for each in space.items]
     if not known:
         raise UsageError(
             "the scenario has no `cover` item, whose buckets would be the cells of the search",
@@ -126,8 +147,12 @@ def _item(name: str, space: Space) -> str:
     return name or known[0]
 
 
-class _Cells(Protocol):
+class Cells(Protocol):
     """Kinds of runs, as places in a grid."""
+
+    @property
+    def titles(self) -> tuple[str, ...]:
+        """What tells kinds apart: a `cover` item, or two columns."""
 
     def learn(self, rows: Sequence[Row]) -> tuple[list[int], list[tuple[float, float]]]:
         """Return the number of bins and the range of each dimension.
@@ -142,20 +167,30 @@ class _Cells(Protocol):
     def places(self, told: Told) -> Iterator[Sequence[float]]:
         """Yield the places of a point."""
 
+    def kinds(self, told: Told) -> Iterator[tuple[str, ...]]:
+        """Yield the places of a point as texts, one for each title."""
+
 
 class _Buckets:
     """Buckets of a `cover` item, numbered in the order in which runs reach them."""
 
     def __init__(self, item: str) -> None:
         self._item = item
+        self.titles = (item,)
         self._numbers: dict[str, int] = {}
 
     def learn(self, rows: Sequence[Row]) -> tuple[list[int], list[tuple[float, float]]]:
-        """See `_Cells`."""
+        """See `Cells`."""
         return [BUCKETS], [(0.0, float(BUCKETS))]
 
     def places(self, told: Told) -> Iterator[Sequence[float]]:
-        """See `_Cells`."""
+        """See `Cells`."""
+        for (bucket,) in self.kinds(told):
+            number = self._numbers.setdefault(bucket, len(self._numbers))
+            yield [min(number, BUCKETS - 1) + 0.5]
+
+    def kinds(self, told: Told) -> Iterator[tuple[str, ...]]:
+        """See `Cells`."""
         reached = {
             bucket: None
             for row in told.rows
@@ -163,20 +198,20 @@ class _Buckets:
             if each["item"] == self._item and each["kind"] == "cover"
             for bucket in each["buckets"]
         }
-        for bucket in reached:
-            number = self._numbers.setdefault(bucket, len(self._numbers))
-            yield [min(number, BUCKETS - 1) + 0.5]
+        yield from ((bucket,) for bucket in reached)
 
 
 class _Columns:
     """Bins of two columns; their ranges are those of the first runs, and half of that beyond both ends."""
 
     def __init__(self, first: str, second: str) -> None:
-        self._columns = (first, second)
+        self.titles = (first, second)
+        self._ranges: list[tuple[float, float]] = []
 
     def learn(self, rows: Sequence[Row]) -> tuple[list[int], list[tuple[float, float]]]:
-        """See `_Cells`."""
-        return [BINS, BINS], [self._range(column, rows) for column in self._columns]
+        """See `Cells`."""
+        self._ranges = [self._range(column, rows) for column in self.titles]
+        return [BINS, BINS], self._ranges
 
     def _range(self, column: str, rows: Sequence[Row]) -> tuple[float, float]:
         found = [number for row in rows if (number := number_in(row, column)) is not None]
@@ -189,8 +224,20 @@ class _Columns:
         return low - beyond, high + beyond
 
     def places(self, told: Told) -> Iterator[Sequence[float]]:
-        """See `_Cells`."""
+        """See `Cells`."""
         for row in told.rows:
-            place = [number_in(row, column) for column in self._columns]
+            place = [number_in(row, column) for column in self.titles]
             if row.status in (End.PASSED, End.FAILED) and None not in place:
                 yield [number for number in place if number is not None]
+
+    def kinds(self, told: Told) -> Iterator[tuple[str, ...]]:
+        """See `Cells`."""
+        for place in self.places(told):
+            yield tuple(map(_bin, place, self._ranges))
+
+
+def _bin(number: float, bounds: tuple[float, float]) -> str:
+    """Return the bounds of the bin of a number; the outer bins hold numbers beyond them, too."""
+    low, width = bounds[0], (bounds[1] - bounds[0]) / BINS
+    place = min(max(int((number - low) / width), 0), BINS - 1)
+    return f"{low + place * width:.4g}..{low + (place + 1) * width:.4g}"
