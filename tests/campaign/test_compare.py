@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 from random import Random
@@ -10,6 +11,7 @@ from random import Random
 import pytest
 
 import seoro.campaign as sc
+from seoro.campaign.comparison.pairs import join
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.folder import StrategyText
 from seoro.cli.main import main
@@ -87,6 +89,20 @@ def test_measurements_change_by_variant(tmp_path: Path) -> None:
     assert slower.change == pytest.approx(-0.1) and slower.bounds.low == pytest.approx(-0.1)
     assert not found["noise"].is_significant and found["noise"].bounds.low < 0.0 < found["noise"].bounds.high
     assert found["duration"].p == 1.0 and found["duration"].rising == 0
+
+
+def test_pairs_take_few_bytes_until_they_are_read(tmp_path: Path) -> None:
+    measured = {f"robot.{name}": 1.0 for name in "abcdefgh"}
+    given = [replace(row, measured=measured) for row in rows([PASSED, FAILED] * 1500)]
+    first, second = write(tmp_path / "before", given), write(tmp_path / "after", given)
+    del given
+    tracemalloc.start()
+    joined = join(first, second)
+    size, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(joined.pairs) == joined.equal == 3000 and size < 1_500_000
+    [pair] = joined.pairs[2999:]
+    assert (pair.before.run, pair.after.run, pair.values) == (3000, 3000, {"load": 3.0})
 
 
 def test_the_command_line_has_an_exit_status_a_page_and_json(

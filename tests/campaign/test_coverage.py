@@ -139,6 +139,67 @@ def test_constraints_of_invoked_scenarios_exclude_bins(tmp_path: Path) -> None:
     assert reason.startswith("keep(volume < 5) (") and reason.endswith("main.osc:5:5)")
 
 
+INVOKED = """import osc.types
+import osc.helpers
+
+struct gust:
+    wind: speed
+    keep(default wind == 3mps)
+
+scenario sail:
+    pace: speed
+    heel: float
+    crew: int with:
+        cover(crew, range: [0..4], every: 2)
+    weather: gust
+    cover(pace, unit: mps, range: [0..4], every: 1)
+    cover(heel, range: [0..1], every: 0.5)
+    cover(both, items: [pace, crew])
+    cover(drift, expression: pace - weather.wind, unit: mps, buckets: [-5, 0, 5])
+    cover(named, expression: crew == 1 and pace > 1mps)
+    do wait elapsed(1s)
+
+scenario rest:
+    crew: int
+    cover(crew, range: [0..4], every: 2)
+    do wait elapsed(1s)
+
+scenario main:
+    knots: int
+    keep(knots in [0..3])
+    crew: int
+    keep(crew in [0..3])
+    keep(knots != 2)
+    storm: gust
+    keep(storm.wind in [0mps..4mps])
+    do serial:
+        sail(pace: 1mps * knots + 0.5mps, heel: 0.2, crew: crew, weather: storm)
+        rest(crew)
+        rest(1)
+"""
+
+
+def test_items_of_invoked_scenarios_are_reached_by_their_arguments(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    space = inputs(tmp_path, INVOKED)
+    assert {each.item for each in space.bins} == {
+        "sail.pace", "sail.heel", "sail.crew", "sail.both", "sail.drift", "sail.named"
+    }, "two invocations of `rest` may differ"  # fmt: skip
+    for number, each in enumerate(space.bins):
+        if each.bucket.startswith("2..3") or (each.item, each.bucket) == ("sail.heel", "0.5..1"):
+            with pytest.raises(Excluded):
+                space.draw(each, number)
+        else:
+            assert (each.item, each.bucket) in space.draw(each, number).samples, each
+    monkeypatch.chdir(tmp_path)
+    assert run("out", "-j", "1") == 0
+    assert main(["campaign", "coverage", "out"]) == 0
+    shown = capsys.readouterr().out
+    assert "sail.both: 6 of 6 buckets, 2 unreachable" in shown
+    assert "keep(knots != 2)" in shown
+
+
 def told(space: InputSpace, points: list[Point], *, is_sampled: bool = True) -> Iterator[Told]:
     """Yield results of runs whose items are sampled as expected."""
     for point in points:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.campaign.comparison.measurements import MeasurementChange, measurement_changes
-from seoro.campaign.comparison.pairs import Joined, Pair, join
+from seoro.campaign.comparison.pairs import Joined, Pair, Pairs, join
 from seoro.campaign.comparison.settings import Difference, differences
 from seoro.campaign.runs import End
 from seoro.campaign.statistics.comparison import mcnemar
@@ -21,6 +21,7 @@ from seoro.lang.frozen import Value
 
 MARGIN: Final = 0.02
 ERROR: Final = 0.05  # of the test for a drop
+_VERDICTS: Final = (End.PASSED, End.FAILED)
 PAIRED: Final = 0.5  # of the runs of the smaller campaign, from which on pairs are compared
 
 
@@ -65,9 +66,9 @@ class Comparison(Value):
     counts: tuple[Passed, Passed]
     p: float | None
     drop_bound: float | None
-    failing: tuple[Pair, ...]
-    passing: tuple[Pair, ...]
-    lost: tuple[Pair, ...]
+    failing: Pairs
+    passing: Pairs
+    lost: Pairs
     equal: int
     joined: Joined
     measurements: tuple[MeasurementChange, ...]
@@ -119,23 +120,24 @@ def compare(before: AnyPath, after: AnyPath, *, margin: float = MARGIN) -> Compa
     tolerated = _to_margin("margin", margin)
     campaigns = read_campaign(first), read_campaign(second)
     joined = join(first, second)
-    pairs = joined.pairs
-    decided = [pair for pair in pairs if pair.before.has_verdict and pair.after.has_verdict]
-    failing = tuple(pair for pair in decided if (pair.before.end, pair.after.end) == (End.PASSED, End.FAILED))
-    passing = tuple(pair for pair in decided if (pair.before.end, pair.after.end) == (End.FAILED, End.PASSED))
+    both = joined.select(lambda first, second: first in _VERDICTS and second is End.PASSED)
+    failing = joined.select(lambda first, second: first is End.PASSED and second is End.FAILED)
+    passing = joined.select(lambda first, second: first is End.FAILED and second is End.PASSED)
+    never = joined.select(lambda first, second: first is End.FAILED and second is End.FAILED)
+    decided = len(both) + len(failing) + len(never)
     all_counts = _counts(joined.before), _counts(joined.after)
-    is_paired = bool(decided) and len(decided) >= PAIRED * min(all_counts[0][1], all_counts[1][1])
+    is_paired = bool(decided) and decided >= PAIRED * min(all_counts[0][1], all_counts[1][1])
     p: float | None = None
     bound: float | None = None
     if is_paired:
-        counts = _passed(decided, before=True), _passed(decided, before=False)
+        counts = (decided - len(never) - len(passing), decided), (len(both), decided)
         p = mcnemar(len(failing), len(passing))
-        bound = paired_drop_bound(len(failing), len(passing), len(decided))
+        bound = paired_drop_bound(len(failing), len(passing), decided)
     else:
         counts = all_counts
         if counts[0][1] and counts[1][1]:
             p, bound = fisher(*counts), unpaired_drop_bound(*counts)
-    lost = tuple(pair for pair in pairs if pair.before.has_verdict and not pair.after.has_verdict)
+    lost = joined.select(lambda first, second: first in _VERDICTS and second not in _VERDICTS)
     is_sample = all(each.is_sample for each in campaigns)
     outcome, reason = _decide(counts, p, bound, tolerated, len(lost), can_judge=is_paired or is_sample)
     return Comparison(
@@ -151,9 +153,9 @@ def compare(before: AnyPath, after: AnyPath, *, margin: float = MARGIN) -> Compa
         failing,
         passing,
         lost,
-        sum(pair.before.trace_sha == pair.after.trace_sha != "" for pair in pairs),
+        joined.equal,
         joined,
-        measurement_changes(pairs),
+        measurement_changes(joined),
         differences(*campaigns),
         campaigns,
     )
@@ -185,7 +187,3 @@ def _decide(
 def _counts(ends: Mapping[End, int]) -> Passed:
     passed = ends.get(End.PASSED, 0)
     return passed, passed + ends.get(End.FAILED, 0)
-
-
-def _passed(pairs: list[Pair], *, before: bool) -> Passed:
-    return sum((pair.before if before else pair.after).end is End.PASSED for pair in pairs), len(pairs)

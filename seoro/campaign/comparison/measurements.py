@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from array import array
 from dataclasses import replace
+from itertools import groupby
 from statistics import median
 
-from seoro.campaign.comparison.pairs import Pair
+from seoro.campaign.comparison.pairs import Joined
 from seoro.campaign.runs import End
 from seoro.campaign.statistics.comparison import adjust, mcnemar, median_change
 from seoro.campaign.statistics.rates import Bounds
@@ -44,30 +46,48 @@ class MeasurementChange(Value):
         return self.p <= 0.05
 
 
-def measurement_changes(pairs: Sequence[Pair]) -> tuple[MeasurementChange, ...]:
+def measurement_changes(joined: Joined) -> tuple[MeasurementChange, ...]:
     """Return the changes of all measurements, the most significant first.
 
     Args:
-        pairs: Pairs of runs. Failures end runs early, so pairs count if both runs passed.
+        joined: The campaigns. Failures end runs early, so pairs count if both runs passed.
     """
-    passed = [pair for pair in pairs if pair.before.end is pair.after.end is End.PASSED]
-    names = dict.fromkeys(name for pair in passed for name in pair.after.numbers if name in pair.before.numbers)
-    found = [_change(name, passed) for name in names]
+    passed = joined.select(lambda first, second: first is second is End.PASSED).positions
+    is_varied = any(joined.variants[each] != joined.variants[passed[0]] for each in passed)
+    groups = joined.variants if is_varied else joined.seeds
+    order = array("q", sorted(passed, key=groups.__getitem__))
+    first, second = joined.numbers
+    changes = (_change(name, joined, order, groups) for name in second if name in first)
+    found = [each for each in changes if each is not None]
     adjusted = adjust([each.p for each in found])
-    changes = [replace(each, p=p) for each, p in zip(found, adjusted, strict=True)]
-    return tuple(sorted(changes, key=lambda each: (each.p, each.name)))
+    return tuple(
+        sorted(
+            (replace(each, p=p) for each, p in zip(found, adjusted, strict=True)),
+            key=lambda each: (each.p, each.name),
+        )
+    )
 
 
-def _change(name: str, pairs: Sequence[Pair]) -> MeasurementChange:
-    by_variant: dict[str | int, list[tuple[float, float]]] = {}
-    is_varied = len({pair.variant for pair in pairs}) > 1
-    for pair in pairs:
-        before, after = pair.before.numbers.get(name), pair.after.numbers.get(name)
-        if before is not None and after is not None:
-            by_variant.setdefault(pair.variant if is_varied else pair.seed, []).append((before, after))
-    firsts = [median(before for before, _ in values) for values in by_variant.values()]
-    seconds = [median(after for _, after in values) for values in by_variant.values()]
-    changes = [median(after - before for before, after in values) for values in by_variant.values()]
+def _change(name: str, joined: Joined, order: array[int], groups: array[int]) -> MeasurementChange | None:
+    """Return the change of a measurement; None if no pair has it in both campaigns.
+
+    Args:
+        name: The measurement.
+        joined: The campaigns.
+        order: Positions of the pairs, those of a group together.
+        groups: The group of each pair, whose values count as one.
+    """
+    (first, second), places = (each[name] for each in joined.numbers), joined.places
+    firsts, seconds, changes = array("d"), array("d"), array("d")
+    for _, group in groupby(order, groups.__getitem__):
+        values = [(first[places[each]], second[each]) for each in group]
+        values = [(before, after) for before, after in values if not math.isnan(before + after)]
+        if values:
+            firsts.append(median(before for before, _ in values))
+            seconds.append(median(after for _, after in values))
+            changes.append(median(after - before for before, after in values))
+    if not changes:
+        return None
     rising, falling = sum(each > 0.0 for each in changes), sum(each < 0.0 for each in changes)
     return MeasurementChange(
         name,

@@ -23,6 +23,7 @@ _MOST_RUNS: Final = 200  # of each list
 _MOST_CHARTS: Final = 6
 _MOST_CHANGES: Final = 12  # of a chart
 _BARS: Final = 10
+_AT_ONCE: Final = 1000  # pairs
 
 
 def write_comparison(comparison: Comparison, path: Path) -> None:
@@ -82,13 +83,15 @@ def _rates(comparison: Comparison) -> Iterator[str]:
 
 
 def _still_passing(comparison: Comparison) -> Iterator[str]:
-    pairs = [pair for pair in comparison.joined.pairs if pair.before.end is End.PASSED and pair.after.has_verdict]
-    values, failures = [pair.values for pair in pairs], [pair.after.end is End.FAILED for pair in pairs]
-    groupings = {}
-    for path in dict.fromkeys(path for each in values for path in each):
-        column = Column()
-        column.add([each.get(path) for each in values], failures)
-        groupings[path] = column.grouping(_BARS).buckets
+    joined, columns = comparison.joined, dict[str, Column]()
+    kept = joined.select(lambda first, second: first is second is End.PASSED)
+    for pairs, has_failed in ((kept, False), (comparison.failing, True)):
+        for start in range(0, len(pairs), _AT_ONCE):
+            values = [pair.values for pair in pairs[start : start + _AT_ONCE]]
+            for path in dict.fromkeys(path for each in values for path in each):
+                column = columns.setdefault(path, Column())
+                column.add_equal([each.get(path) for each in values], has_failed)
+    groupings = {path: column.grouping(_BARS).buckets for path, column in columns.items()}
     order = sorted(groupings, key=lambda path: -influence(groupings[path]))[:_MOST_CHARTS]
     floor = floor_of(bucket for path in order for bucket in groupings[path])
     yield from (_card(f"Still passing by {path}", rate_chart(groupings[path], floor)) for path in order)

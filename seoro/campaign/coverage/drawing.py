@@ -6,20 +6,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Final
 
-from seoro.campaign.coverage.bins import Bin, Input, bins_of, inputs_of, path_of
-from seoro.campaign.coverage.items import items_in, parts_of
+from seoro.campaign.coverage.bins import Bin, bins_of
+from seoro.campaign.coverage.inputs import Group, groups_of
+from seoro.campaign.coverage.items import parts_of
 from seoro.campaign.space.axes import Axis
 from seoro.embed.scenarios import Scenario
 from seoro.errors import CONFLICT, UsageError
-from seoro.lang import plan as plan_
 from seoro.lang.frozen import Value
 from seoro.lang.lower.outside import ORIGIN
-from seoro.lang.plan import AnyCoverageItem, Plan
+from seoro.lang.plan import Plan
 from seoro.lang.source import Span
 from seoro.runtime.coverage.buckets import bucket_of
 from seoro.runtime.expressions.evaluation import evaluate
-from seoro.runtime.instances.instances import Instance, types_of
-from seoro.runtime.values.environment import Environment, EvaluationError, NoSolution
+from seoro.runtime.instances.instances import Instance
+from seoro.runtime.values.environment import EvaluationError, NoSolution
 from seoro.runtime.values.text import value_text
 from seoro.runtime.values.values import Actor, Struct
 from seoro.runtime.values.values import Value as Held
@@ -82,22 +82,18 @@ class InputSpace:
     @cached_property
     def bins(self) -> tuple[Bin, ...]:
         """The bins."""
-        return bins_of(self._plan)
+        return bins_of(self._groups, self._plan)
 
     @cached_property
-    def _inputs(self) -> Mapping[str, Input]:
-        return inputs_of(self._plan)
-
-    @cached_property
-    def _items(self) -> Mapping[str, AnyCoverageItem]:
-        return items_in(self._plan, types_of(self._plan.scenarios[self._plan.entry])[::-1])
+    def _groups(self) -> tuple[Group, ...]:
+        return groups_of(self._plan)
 
     @cached_property
     def _paths(self) -> tuple[str, ...]:
         """Paths of the parameters that vary or that items depend on."""
         fields = self._plan.scenarios[self._plan.entry].structure.fields
         own = [axis.path for axis in self._axes if axis.path.partition(".")[0] in fields]
-        read = (path for each in self._inputs.values() for path in _leaves(each.item.expression, each.item.it))
+        read = (path for group in self._groups for path in group.paths())
         return tuple(dict.fromkeys((*own, *(path for path in read if path not in self._overrides))))
 
     def draw(self, wanted: Bin, seed: int) -> Drawn:
@@ -139,31 +135,31 @@ class InputSpace:
         return next(find_certain_conflicts(plan, fixed), None)
 
     def _samples(self, entry: Instance, plan: Plan) -> frozenset[tuple[str, str]]:
-        buckets = self._buckets(entry, plan)
         found: set[tuple[str, str]] = set()
-        for item in self._items.values():
-            own = [buckets.get(part.name) for part in parts_of(item, self._items)]
-            known = [bucket for bucket in own if bucket is not None]
-            if len(known) == len(own):
-                found.add((f"{item.owner}.{item.name}", " x ".join(known)))
+        for group in self._groups:
+            buckets = _buckets(group, entry, plan)
+            for item in group.items.values():
+                own = [buckets.get(part.name) for part in parts_of(item, group.items)]
+                known = [bucket for bucket in own if bucket is not None]
+                if len(known) == len(own):
+                    found.add((f"{item.owner}.{item.name}", " x ".join(known)))
         return frozenset(found)
 
-    def _buckets(self, entry: Instance, plan: Plan) -> Mapping[str, str]:
-        """Return the buckets of the items of single values, by name."""
-        found: dict[str, str] = {}
-        for name, given in self._inputs.items():
-            item = given.item
-            bindings = {} if item.it is None else {"it": entry.fields[item.it]}
-            try:
-                value = evaluate(item.expression, Environment(entry, plan, bindings))
-            except EvaluationError:
-                continue
-            if item.unit is not None and isinstance(value, int | float):
-                value = item.unit.of_si(value)
-            bucket = bucket_of(item.buckets, value)
-            if bucket is not None:
-                found[name] = bucket
-        return found
+
+def _buckets(group: Group, entry: Instance, plan: Plan) -> Mapping[str, str]:
+    """Return the buckets of the items of single values, by name."""
+    found: dict[str, str] = {}
+    for item in group.inputs:
+        try:
+            value = evaluate(item.expression, group.environment(item, entry, plan))
+        except EvaluationError:
+            continue
+        if item.unit is not None and isinstance(value, int | float):
+            value = item.unit.of_si(value)
+        bucket = bucket_of(item.buckets, value)
+        if bucket is not None:
+            found[item.name] = bucket
+    return found
 
 
 def _reasons(places: Sequence[tuple[Span, str]], own: Sequence[str]) -> Iterator[str]:
@@ -173,16 +169,6 @@ def _reasons(places: Sequence[tuple[Span, str]], own: Sequence[str]) -> Iterator
             continue
         text = " ".join(span.text.split())
         yield text if span.file.name == ORIGIN else f"{text} ({span})"
-
-
-def _leaves(node: plan_.Expression, it: str | None) -> Iterator[str]:
-    """Yield the paths of the parameters that an expression reads."""
-    path = path_of(node, it)
-    if path is not None:
-        yield path
-    else:
-        for part in plan_.parts(node):
-            yield from _leaves(part, it)
 
 
 def _text_at(entry: Instance, path: str, plan: Plan) -> str | None:

@@ -30,7 +30,7 @@ class Elites(NamedTuple):
     """The worst runs of all kinds, the worst first.
 
     Args:
-        titles: What tells kinds apart: a `cover` item, or two columns.
+        titles: Names of the dimensions of a kind: a `cover` item, or two columns.
         column: Column that the search lowers or raises.
         elites: The runs.
     """

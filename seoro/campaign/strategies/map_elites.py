@@ -67,7 +67,7 @@ class MapElites(Value):
 
     @property
     def objective(self) -> Objective:
-        """What the search lowers.
+        """Value that the search lowers.
 
         Raises:
             UsageError: Two columns are given.
@@ -152,7 +152,7 @@ class Cells(Protocol):
 
     @property
     def titles(self) -> tuple[str, ...]:
-        """What tells kinds apart: a `cover` item, or two columns."""
+        """Names of the dimensions of a kind: a `cover` item, or two columns."""
 
     def learn(self, rows: Sequence[Row]) -> tuple[list[int], list[tuple[float, float]]]:
         """Return the number of bins and the range of each dimension.
