@@ -260,3 +260,20 @@ def test_the_worst_run_of_each_kind_is_shown(tmp_path: Path, cells: str, kinds: 
     table = page.partition("Worst run of each kind")[2].partition("</table>")[0]
     found = re.findall(r"<tr><td>([^<]*)</td>(?:<td>[^<]*</td>)?<td class=\"number\">(\d+)", table)
     assert [(kind, int(run)) for kind, run in found] == kinds
+
+
+def test_values_that_failures_have_in_common_are_named(tmp_path: Path) -> None:
+    given = []
+    for number in range(1, 41):
+        values = {"load": number / 40, "floor": "wood" if number % 2 else "tile", "any": number % 10, "same": "x"}
+        has_failed = number > 26 and number % 2 == 1
+        end, reason = (End.FAILED, "stuck after 3 m") if has_failed else (End.PASSED, "")
+        key = reason and "stuck after # m"
+        given.append(replace(row(number, end), values=values, reason=reason, reason_key=key))
+    for folder in ("many", "few"):
+        (tmp_path / folder).mkdir()
+    text, _ = report(tmp_path / "many", given)
+    assert "<h3>stuck after 3 m</h3>" in text, "it is the reason of all"
+    assert "<p>All have load from 0.675 to 0.975, floor = wood.</p>" in text
+    few, _ = report(tmp_path / "few", given[:30])
+    assert "All have" not in few, "two failures have much in common by chance"

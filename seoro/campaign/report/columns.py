@@ -101,9 +101,22 @@ class Column:
             tuple(self._range(group * factor, (group + 1) * factor, cell) for group, cell in counts.items())
         )
 
+    def is_narrower(self, low: Any, high: Any) -> bool:
+        """Return whether some of the values are one of several texts, or within half of the range.
+
+        Args:
+            low: Least of the values; None for several texts.
+            high: Largest of the values.
+        """
+        if not is_number(low):
+            return low is not None and len(self._values) > 1
+        numbers = [value for value in self._values if is_number(value)]
+        ends = [self._edge(self._first), self._edge(self._last + 1)] if self._scale is not None else numbers
+        return bool(ends) and high - low <= (max(ends) - min(ends)) / 2.0 < math.inf and min(ends) < max(ends)
+
     @property
     def _is_numeric(self) -> bool:
-        return all(isinstance(value, int | float) and not isinstance(value, bool) for value in self._values)
+        return all(map(is_number, self._values))
 
     def _groups_of_values(self, most: int) -> Iterator[Bucket]:
         items = sorted(self._values.items(), key=lambda item: -sum(item[1]))
@@ -165,6 +178,11 @@ class Column:
         bins, self._bins = self._bins, {}
         for number, cell in bins.items():
             _add(self._bins.setdefault(number // 10, [0, 0]), cell)
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Return whether a value is a number, and no bool."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _are_numbers(values: Sequence[Any]) -> TypeGuard[Sequence[float]]:

@@ -13,7 +13,7 @@ from seoro.campaign.coverage.counts import ItemCounts, failing
 from seoro.campaign.report.charts import coverage_bar, floor_of, heat_map, histogram, interval, rate_chart
 from seoro.campaign.report.columns import text_of
 from seoro.campaign.report.grouping import influence
-from seoro.campaign.report.summary import SAMPLE, Summary
+from seoro.campaign.report.summary import SAMPLE, FailureGroup, Summary
 from seoro.campaign.runs import End, Row
 from seoro.campaign.statistics.rates import fixed_bounds, live_bounds
 from seoro.campaign.stopping.rules import percent
@@ -31,6 +31,7 @@ _CELLS: Final = 8  # of a heat map, in each direction
 _SHOWN: Final = 6  # charts outside of the folded part
 _FAILURES: Final = 20
 _ELITES: Final = 100
+_MANY: Final = 5  # failures, whose values are hardly alike by chance
 _BUCKETS: Final = 8  # of an item, that are shown
 
 
@@ -75,10 +76,13 @@ def failures(summary: Summary, folder: Path) -> Iterator[str]:
     for (reason, where), group in groups[:_FAILURES]:
         place = f" at <code>{_text(where)}</code>" if where else ""
         yield f'<div class="card wide"><span class="count">{_runs(group.count)}</span>'
-        yield f"<h3>{_text(reason, _LETTERS)}</h3>"
         first = group.example
+        title = first.reason if group.is_same and first.reason else reason
+        yield f"<h3>{_text(title, _LETTERS)}</h3>"
         yield f"<p>{first.status.value.capitalize()}{place}. First: run {first.run}{_link(first)}"
-        yield f": {_text(first.reason)}</p>" if first.reason not in (reason, "") else "</p>"
+        yield f": {_text(first.reason)}</p>" if first.reason not in (title, "") else "</p>"
+        extents = ", ".join(_extents(group, summary))
+        yield f"<p>All have {_text(extents)}.</p>" if extents else ""
         for subcommand in ("replay", "shrink") if first.status is End.FAILED else ("replay",):
             command = shlex.join(["seoro", "campaign", subcommand, str(folder), str(first.run)])
             yield f"<pre>{escape(command)}</pre>"
@@ -86,6 +90,14 @@ def failures(summary: Summary, folder: Path) -> Iterator[str]:
     rest = groups[_FAILURES:]
     if rest:
         yield f'<p class="note">{_runs(sum(group.count for _, group in rest))} with {len(rest)} other reasons</p>'
+
+
+def _extents(group: FailureGroup, summary: Summary) -> Iterator[str]:
+    """Yield the values of a group of failures where they are fewer than those of all runs."""
+    for path, (low, high) in group.extents.items() if group.count >= _MANY else ():
+        column = summary.parameters.get(path)
+        if column is not None and column.is_narrower(low, high):
+            yield f"{path} = {text_of(low)}" if low == high else f"{path} from {text_of(low)} to {text_of(high)}"
 
 
 def parameters(summary: Summary) -> Iterator[str]:

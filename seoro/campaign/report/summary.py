@@ -11,7 +11,7 @@ from operator import itemgetter
 from typing import Any, Final, TypeAlias
 
 from seoro.campaign.coverage.counts import MergedCoverage
-from seoro.campaign.report.columns import Column
+from seoro.campaign.report.columns import Column, is_number
 from seoro.campaign.report.reservoir import Reservoir
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
@@ -34,10 +34,29 @@ class FailureGroup:
     Args:
         example: The first of them, by number.
         count: Their number.
+        is_same: Whether their reasons are the same, with all numbers.
+        extents: Least and largest value of each parameter; of texts, both are the only one, or None.
     """
 
     example: Row
     count: int = 0
+    is_same: bool = True
+    extents: dict[str, tuple[Any, Any]] = field(default_factory=dict)
+
+    def add(self, reason: str, values: Mapping[str, Any]) -> None:
+        """Count a failure.
+
+        Args:
+            reason: Its reason.
+            values: Values of its parameters.
+        """
+        self.count += 1
+        self.is_same = self.is_same and reason == self.example.reason
+        for path, value in values.items():
+            if path in self.extents:
+                self.extents[path] = _extended(self.extents[path], value)
+            elif self.count == 1 and len(self.extents) < MOST_COLUMNS:
+                self.extents[path] = value, value
 
 
 @lazy_dataclass
@@ -152,6 +171,7 @@ def _values_of(rows: Sequence[Mapping[str, Any]], name: str) -> Sequence[object]
 
 def _group(groups: dict[tuple[str, str], FailureGroup], batch: Batch) -> None:
     runs, keys, places = batch.column("run"), batch.column("reason_key"), batch.column("where")
+    reasons, values = batch.column("reason"), batch.column("values")
     for end, positions in batch.ends.items():
         for position in positions if end is not End.PASSED else ():
             key = (keys[position] or end.value, places[position])
@@ -162,7 +182,14 @@ def _group(groups: dict[tuple[str, str], FailureGroup], batch: Batch) -> None:
                 group = groups[key] = FailureGroup(batch.row(position))
             elif runs[position] < group.example.run:
                 group.example = batch.row(position)
-            group.count += 1
+            group.add(reasons[position], values[position])
+
+
+def _extended(extent: tuple[Any, Any], value: object) -> tuple[Any, Any]:
+    low, high = extent
+    if is_number(low) and is_number(value):
+        return min(low, value), max(high, value)
+    return extent if low == value else (None, None)
 
 
 def _rank(worst: list[tuple[Rank, Row]], batch: Batch) -> None:
