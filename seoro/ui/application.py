@@ -15,12 +15,32 @@ from starlette.types import ASGIApp
 
 from seoro import __version__
 from seoro.errors import SeoroError
-from seoro.ui import campaigns, comparing, lab, result_routes, run_routes, scenario_routes, starting
+from seoro.ui import (
+    cameras,
+    campaigns,
+    comparing,
+    debugging,
+    lab,
+    result_routes,
+    run_routes,
+    scenario_routes,
+    starting,
+)
 from seoro.ui.answers import RequestError, answer, answer_error
 from seoro.ui.security import Access, Guard
 from seoro.ui.site import Site
 
-AREAS: Final = (run_routes, result_routes, scenario_routes, starting, lab, campaigns, comparing)
+AREAS: Final = (
+    run_routes,
+    result_routes,
+    scenario_routes,
+    starting,
+    lab,
+    campaigns,
+    comparing,
+    cameras,
+    debugging,
+)
 _PATHS: Final = ("/", "/runs", "/run/{id}", "/start", "/lab", "/campaigns", "/campaign/{id}", "/compare")
 _FILES: Final = {  # packages and media types of built files
     "ui.js": ("seoro.ui", "text/javascript"),

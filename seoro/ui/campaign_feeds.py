@@ -28,6 +28,7 @@ from seoro.ui.registry import Known, LocalSource, RunRegistry, local_id
 from seoro.ui.walking import walk
 from seoro.ui.written_files import written_files
 
+RUNNING: Final = "running"
 PERIOD: Final = 1.0  # [s] between two snapshots
 READ_TIME: Final = 0.5  # [s] of a thread, between two snapshots while much is unread
 PACE_TIME: Final = 30.0  # [s] over which runs per second are counted
@@ -93,14 +94,16 @@ class CampaignFeed:
         is_held = is_growing or bool(written_files({self._reader.folder / LOCK}))
         is_over = bool(self._reader.stop) or done == campaign.runs
         status = status_of(self._reader.folder, campaign, is_held=is_held, is_over=is_over)
-        pace = self._count_pace(done) if status == "running" and not self._is_behind else None
+        pace = self._count_pace(done) if status == RUNNING and not self._is_behind else None
         left = (campaign.runs - done) / pace if pace and campaign.runs is not None else None
         return {
             **snapshot_of(self._reader, self._kept_id),
             "isReading": self._is_behind,
             "status": status,
-            "pace": pace,
-            "left": left,
+            "active": status == RUNNING,
+            "perSecond": pace,
+            "timeLeft": left,
+            "problem": "",
         }
 
     def _read(self, seconds: float) -> None:
@@ -173,12 +176,12 @@ def status_of(folder: Path, campaign: CampaignFile, *, is_held: bool, is_over: b
         is_over: Whether all its runs have ended, or a rule has ended it.
     """
     if is_held:
-        return "running"
+        return RUNNING
     if is_over:
         return "complete"
     with suppress(OSError):  # processes of other users are hidden
         if (folder / LOCK).stat().st_uid != os.getuid() and time.time() - changed_at(folder) < RECENT:
-            return "running"
+            return RUNNING
     return "ended" if campaign.runs is None else "stopped"
 
 
@@ -261,25 +264,37 @@ class CampaignFeeds:
         found = [
             self._entry(name, folder, is_held=folder / LOCK in held) for name, folder in self._folders.items()
         ]
-        return sorted(found, key=lambda each: -each["changed"])
+        return sorted(found, key=lambda each: -(each["lastStart"] or 0.0))
 
     def _entry(self, name: str, folder: Path, *, is_held: bool) -> Mapping[str, Any]:
-        shown, changed = shown_folder(folder, self._roots), changed_at(folder)
+        found: dict[str, Any] = {
+            "id": name,
+            "folder": shown_folder(folder, self._roots),
+            "title": folder.name,
+            "runs": None,
+            "done": 0,
+            "counts": {},
+            "status": "ended",
+            "active": False,
+            "firstStart": None,
+            "lastStart": changed_at(folder) or None,
+            "problem": "",
+        }
         try:
-            campaign = read_campaign(folder)
+            campaign, begun = read_campaign(folder), (folder / CAMPAIGN).stat().st_mtime
             ends = self._ends(folder)
         except (UsageError, OSError) as error:
-            return {"id": name, "folder": shown, "changed": changed, "title": shown, "problem": str(error)}
+            return {**found, "problem": str(error)}
         done = ends.total() - ends[End.IMPOSSIBLE.value]
+        status = status_of(folder, campaign, is_held=is_held, is_over=done == campaign.runs)
         return {
-            "id": name,
-            "folder": shown,
-            "changed": changed,
-            "problem": "",
+            **found,
             **described(campaign),
             "done": done,
             "counts": {end.value: ends[end.value] for end in End if end is not End.IMPOSSIBLE},
-            "status": status_of(folder, campaign, is_held=is_held, is_over=done == campaign.runs),
+            "status": status,
+            "active": status == RUNNING,
+            "firstStart": begun,
         }
 
     def _ends(self, folder: Path) -> Counter[str]:

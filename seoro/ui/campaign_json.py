@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import datetime
 from typing import Any, Final
 
 from seoro.campaign.coverage.counts import ItemCounts, MergedCoverage
@@ -47,8 +48,8 @@ def snapshot_of(reader: CampaignReader, kept_id: KeptId) -> Mapping[str, Any]:
         "coverage": _coverage(summary.coverage),
         "hosts": dict(summary.hosts),
         "cpu": summary.cpu,
-        "firstStart": summary.first,
-        "lastStart": summary.last,
+        "firstStart": _seconds(summary.first),
+        "lastStart": _seconds(summary.last),
     }
 
 
@@ -66,6 +67,14 @@ def described(campaign: CampaignFile) -> Mapping[str, Any]:
         "budget": campaign.budget,
         "keep": campaign.keep,
     }
+
+
+def _seconds(time: str) -> float | None:
+    """Return a time of a row [s since 1970]; None without one."""
+    try:
+        return datetime.fromisoformat(time).timestamp()
+    except ValueError:
+        return None
 
 
 def _rate(rate: Rate) -> Mapping[str, Any]:
@@ -137,7 +146,7 @@ def _item(item: ItemCounts) -> Mapping[str, Any]:
         "item": item.item,
         "unit": item.unit,
         "reached": item.reached,
-        "reachable": item.reachable,
+        "reachable": len(item.buckets) if item.reachable is None else item.reachable,
         "holes": holes[:MOST_HOLES],
         "holeCount": len(holes),
         "illegal": item.illegal,

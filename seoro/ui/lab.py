@@ -67,10 +67,11 @@ def routes(site: Site) -> list[BaseRoute]:
         robots, duration, purpose = _robots_in(data), _duration_in(data), text_of(data, "purpose")
         found = await control().lease(*robots, duration=duration, purpose=purpose)
         watch.read_again()
-        return answer({"lease": found.name, "robots": found.robots, "until": found.until})
+        outcomes = [{"name": robot, "error": "", "done": "leased"} for robot in found.robots]
+        return answer({"outcomes": outcomes, "lease": found.name, "until": found.until})
 
     async def end_lease(request: Request) -> Response:
-        return answer_outcomes([await control().release(text_of(await read_object(request), "name"))])
+        return answer_outcomes([await control().release(text_of(await read_object(request), "lease"))])
 
     posts = {"stop-all": stop_all, "release": release, "stop": stop, "lease": lease, "end-lease": end_lease}
     return [
@@ -93,9 +94,8 @@ def _robots_in(data: Mapping[str, Any]) -> Sequence[str]:
 
 
 def _duration_in(data: Mapping[str, Any]) -> float:
-    found = data.get("duration", DURATION)
+    found = data.get("seconds", DURATION)
     if isinstance(found, bool) or not isinstance(found, int | float) or not 0.0 < found <= LONGEST:
-        raise RequestError(
-            400, "invalid `duration`", f"expected seconds above 0, at most {LONGEST:,.0f}", field="duration"
-        )
+        expected = f"expected a number above 0, at most {LONGEST:.0f}"
+        raise RequestError(400, "invalid `seconds` of the lease", expected, field="seconds")
     return float(found)

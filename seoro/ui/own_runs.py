@@ -10,7 +10,7 @@ class OwnRuns:
     """Runs that neither a node nor an executor knows, so that the site stops them itself in an emergency."""
 
     def __init__(self) -> None:
-        self._active: dict[str, Callable[[], object]] = {}
+        self._active: dict[object, tuple[str, Callable[[], object]]] = {}
 
     @contextmanager
     def active(self, name: str, stop: Callable[[], object]) -> Iterator[None]:
@@ -20,14 +20,16 @@ class OwnRuns:
             name: Name of the run, for people.
             stop: Stops it without waiting.
         """
-        self._active[name] = stop
+        key = object()
+        self._active[key] = name, stop
         try:
             yield
         finally:
-            del self._active[name]
+            del self._active[key]
 
     def stop_all(self) -> list[str]:
         """Stop all active runs; returns their names."""
-        for stop in self._active.values():
+        active = list(self._active.values())
+        for _, stop in active:
             stop()
-        return list(self._active)
+        return [name for name, _ in active]

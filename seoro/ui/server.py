@@ -83,7 +83,18 @@ async def open_site(options: SiteOptions) -> AsyncIterator[Served]:
             feeds = Feeds(registry, tasks)
             places = Places(folders)
             scenarios = ScenarioFiles(folders)
-            site = Site(folders, options.keys, places, registry, feeds, scenarios, tasks, lab, options.is_demo)
+            site = Site(
+                folders,
+                options.state,
+                options.keys,
+                places,
+                registry,
+                feeds,
+                scenarios,
+                tasks,
+                lab,
+                options.is_demo,
+            )
             if not options.is_demo:
                 tasks.start_soon(
                     provide_executors, options.endpoint, options.keys, options.state, places, registry

@@ -24,6 +24,7 @@ class Site:
 
     Args:
         folders: Folders with runs, scenarios and campaigns; absolute.
+        state: Folder for runs that the site starts, in the folder for the state of this user.
         keys: Folder of keys; None for that of the environment or of the user.
         places: Executors.
         runs: Known runs, by id.
@@ -36,6 +37,7 @@ class Site:
     """
 
     folders: tuple[Path, ...]
+    state: Path
     keys: Path | None
     places: Places
     runs: RunRegistry

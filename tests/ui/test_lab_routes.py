@@ -55,12 +55,12 @@ def test_a_page_leases_and_stops_robots(browser: Browser) -> None:
         first = until(socket, lambda found: robot(found, "tb2"))
         assert [member["kind"] for member in first["members"]] == ["mujoco", "executor"]
         assert (robot(first, "tb2")["real"], robot(first, "tb2")["state"]) == (False, "free")
-        leased = browser.post("/api/lab/lease", {"robots": ["tb2"], "duration": 60, "purpose": "<img onerror=x>"})
-        assert leased.json()["robots"] == ["tb2"]
+        leased = browser.post("/api/lab/lease", {"robots": ["tb2"], "seconds": 60, "purpose": "<img onerror=x>"})
+        assert leased.json()["outcomes"] == [{"name": "tb2", "error": "", "done": "leased"}]
         found = until(socket, lambda found: robot(found, "tb2")["state"] == "leased")
         assert robot(found, "tb2")["lease"] == leased.json()["lease"]
         assert robot(found, "tb2")["holder"].startswith("<img onerror=x>")
-        (outcome,) = browser.post("/api/lab/end-lease", {"name": leased.json()["lease"]}).json()["outcomes"]
+        (outcome,) = browser.post("/api/lab/end-lease", {"lease": leased.json()["lease"]}).json()["outcomes"]
         assert (outcome["error"], outcome["done"]) == ("", "released")
         until(socket, lambda found: robot(found, "tb2")["state"] == "free")
         (outcome,) = browser.post("/api/lab/stop", {"robots": ["tb2"]}).json()["outcomes"]
@@ -94,10 +94,10 @@ def test_an_emergency_stop_stops_robots_and_runs_until_its_release(
     [
         ("lease", {"robots": []}, "expected names of robots"),
         ("lease", {"robots": "tb2"}, "expected a list of names"),
-        ("lease", {"robots": ["tb2"], "duration": -1}, "invalid `duration`"),
+        ("lease", {"robots": ["tb2"], "seconds": -1}, "invalid `seconds`"),
         ("lease", {"robots": ["tb9"]}, "unknown robot 'tb9'"),
         ("stop", {"robots": ["tb9"]}, "unknown robot 'tb9'"),
-        ("end-lease", {"name": "none"}, "unknown lease or leased robot 'none'"),
+        ("end-lease", {"lease": "none"}, "unknown lease or leased robot 'none'"),
         ("release", {"reason": "x", "robots": ["tb2"]}, "no emergency stop of 'second'"),
     ],
 )

@@ -16,10 +16,18 @@ from typing import Any
 import anyio
 import pytest
 from PIL import Image
+from websockets.exceptions import ConnectionClosed
 
+from seoro.client import Client
+from seoro.embed.options import Simulator
 from seoro.embed.picture_server import NAME
 from seoro.ui.pictures import NoPictures, connect_pictures
+from seoro.ui.server import SiteOptions
+from tests.executors import NAME as NAME_OF_LAB
+from tests.executors import RunningExecutor
 from tests.sim_nodes.engines import needs_pictures
+from tests.ui.browsing import Browser, opened
+from tests.ui.conftest import serving
 
 pytestmark = pytest.mark.anyio
 
@@ -76,6 +84,7 @@ def records(folder: Path) -> list[dict[str, Any]]:
     return found
 
 
+@pytest.mark.more
 async def test_viewers_get_pictures_and_change_nothing(tmp_path: Path) -> None:
     file = written(tmp_path)
     needs_pictures("mujoco")
@@ -123,3 +132,58 @@ async def test_runs_without_pictures_say_why(tmp_path: Path) -> None:
     with pytest.raises(NoPictures, match="no simulator"):
         async with connect_pictures([tmp_path / "link"]):
             pass
+
+
+async def test_a_page_shows_pictures_of_a_run_in_a_folder(browser: Browser, folder: Path, tmp_path: Path) -> None:
+    needs_pictures("mujoco")
+    output = folder / "pictured"
+    async with running(written(tmp_path, pause=60.0), output, "--rate", "1"):
+        run = await asyncio.to_thread(
+            browser.run, lambda found: found["folder"] == str(output) and found["status"] == "running"
+        )
+        assert await asyncio.to_thread(received, browser, run["id"]) == "turtlebot4/front"
+
+
+@pytest.mark.more
+async def test_a_page_shows_pictures_of_runs_of_executors_on_this_machine(
+    lab: RunningExecutor, browser: Browser, tmp_path: Path
+) -> None:
+    needs_pictures("mujoco")
+    with (
+        serving(SiteOptions((tmp_path,), lab.folder / "ui", lab.endpoint)) as served,
+        opened(served.access) as own,
+    ):
+        async with Client(lab.endpoint) as client:
+            simulator = Simulator("mujoco", rate=1.0)
+            run = await client.submit(NAME_OF_LAB, written(tmp_path, pause=60.0), simulator=simulator)
+            await asyncio.to_thread(
+                own.run, lambda found: found["id"] == f"x{run.id}" and found["status"] == "running"
+            )
+            try:
+                assert await asyncio.to_thread(received, own, f"x{run.id}") == "turtlebot4/front"
+                found = await asyncio.to_thread(browser.get, f"/api/run/x{run.id}/cameras")
+                assert found["cameras"] == []
+                assert "runs on this machine only" in found["problem"]
+            finally:
+                await run.stop("the test is over")
+
+
+def received(browser: Browser, run: str) -> str:
+    """Receive a picture of the first camera of a run; returns the name of the camera."""
+    while not (found := browser.get(f"/api/run/{run}/cameras"))["cameras"]:
+        assert "simulator" in found["problem"] or "ended" in found["problem"]  # it begins
+    name: str = found["cameras"][0]["name"]
+    with browser.socket(f"/api/run/{run}/camera?name={name}") as socket:
+        data = socket.recv(DEADLINE)
+    assert isinstance(data, bytes)
+    assert Image.open(io.BytesIO(data)).format == "PNG"
+    return name
+
+
+def test_runs_that_have_ended_have_no_pictures(browser: Browser, hello: Path) -> None:
+    run = browser.run(lambda found: found["folder"] == str(hello) and found["status"] == "passed")
+    found = browser.get(f"/api/run/{run['id']}/cameras")
+    assert found == {"cameras": [], "problem": "the run has ended"}
+    with browser.socket(f"/api/run/{run['id']}/camera?name=front") as socket, pytest.raises(ConnectionClosed):
+        assert json.loads(socket.recv(DEADLINE))["error"] == "the run has ended"
+        socket.recv(DEADLINE)
