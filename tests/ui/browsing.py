@@ -49,10 +49,10 @@ class Browser:
         return self.http.post(path, json=data, headers={"Origin": self.origin})
 
     @contextmanager
-    def socket(self, path: str, **headers: str) -> Iterator[ClientConnection]:
+    def socket(self, path: str, max_queue: int = 16, **headers: str) -> Iterator[ClientConnection]:
         url = self.origin.replace("http", "ws", 1) + path
         more = {"Cookie": self.cookie, "Origin": self.origin, **headers}
-        with connect(url, additional_headers=more, max_size=None, proxy=None) as opened:
+        with connect(url, additional_headers=more, max_size=None, max_queue=max_queue, proxy=None) as opened:
             yield opened
 
     def run(self, fits: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
