@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Final
 
 import anyio
+from anyio.abc import TaskGroup
 
 from seoro.bridges.executor.messages import State
 from seoro.client import Client
 from seoro.client.runs import RemoteRun
+from seoro.concurrency.background import background
 from seoro.errors import BackendError, UsageError
 from seoro.ui.registry import Known, Run, RunRegistry, Status, remote_id
 
@@ -46,6 +48,8 @@ class Executors:
         client: The client; None while nothing answers at the endpoint.
         names: Names of the reachable executors.
         problem: Reason for missing executors; empty otherwise, and before the first attempt.
+        silent: Reasons of reachable executors that do not answer, by name.
+        lost: Names of executors that were reachable before.
         tried: Set after the first attempt.
         on_change: Called when `names` changes.
     """
@@ -58,6 +62,8 @@ class Executors:
         self.client: Client | None = None
         self.names: tuple[str, ...] = ()
         self.problem = ""
+        self.silent: dict[str, str] = {}
+        self.lost: set[str] = set()
         self.tried = anyio.Event()
         self.on_change: Callable[[], object] = lambda: None
         self._keys = keys
@@ -71,31 +77,51 @@ class Executors:
         """Stay connected, and keep the runs of a registry up to date, without end."""
         while True:
             try:
-                async with Client(self.endpoint, self._keys, PATIENCE) as client:
+                async with Client(self.endpoint, self._keys, PATIENCE) as client, background() as tasks:
                     self.client = client
-                    while True:
-                        await self._update(client, registry)
-                        self.tried.set()
-                        await anyio.sleep(PERIOD)
+                    await self._follow_all(client, registry, tasks)
             except (UsageError, BackendError) as error:
                 self.problem = error.message if isinstance(error, UsageError) else str(error)
             finally:
+                self.lost |= set(self.names)
                 self.client, self.names = None, ()
             self.tried.set()
             await anyio.sleep(RETRY)
 
-    async def _update(self, client: Client, registry: RunRegistry) -> None:
-        names = tuple(await client.executors())
-        if names != self.names:
-            self.names = names
-            self.on_change()
-        self.problem = "" if self.names else f"{NO_EXECUTOR} at {client.endpoint}"
-        for name in self.names:
-            place = self.shown(name)
-            known = {each.run.id: each.run for each in registry.all() if each.run.place == place}
-            runs = await client.runs(name, MOST_RUNS)
-            found = [Known(describe(run, place, _scenario(known, run)), run) for run in runs]
-            registry.update(found, known.keys() - {each.run.id for each in found})
+    async def _follow_all(self, client: Client, registry: RunRegistry, tasks: TaskGroup) -> None:
+        """Follow each executor in a task, so that a silent one delays no other."""
+        followed: dict[str, anyio.CancelScope] = {}
+        while True:
+            names = tuple(await client.executors())
+            for name in followed.keys() - set(names):
+                followed.pop(name).cancel()
+            for name in [each for each in names if each not in followed]:
+                followed[name] = anyio.CancelScope()
+                tasks.start_soon(self._follow, client, name, registry, followed[name])
+            self.problem = "" if names else f"{NO_EXECUTOR} at {client.endpoint}"
+            self.lost = (self.lost | set(self.names)) - set(names)
+            if names != self.names:
+                self.names = names
+                self.on_change()
+            self.tried.set()
+            await anyio.sleep(PERIOD)
+
+    async def _follow(self, client: Client, name: str, registry: RunRegistry, scope: anyio.CancelScope) -> None:
+        with scope:
+            while True:
+                try:
+                    await self._update(client, name, registry)
+                    self.silent.pop(name, None)
+                except (UsageError, BackendError) as error:
+                    self.silent[name] = error.message if isinstance(error, UsageError) else str(error)
+                await anyio.sleep(PERIOD)
+
+    async def _update(self, client: Client, name: str, registry: RunRegistry) -> None:
+        place = self.shown(name)
+        known = {each.run.id: each.run for each in registry.all() if each.run.place == place}
+        runs = await client.runs(name, MOST_RUNS)
+        found = [Known(describe(run, place, _scenario(known, run)), run) for run in runs]
+        registry.update(found, known.keys() - {each.run.id for each in found})
 
 
 def _scenario(known: Mapping[str, Run], run: RemoteRun) -> str:

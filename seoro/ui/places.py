@@ -12,6 +12,7 @@ from seoro.client import Client
 from seoro.errors import BackendUnreachable, UsageError
 from seoro.ui.executors import Executors
 
+_LOST = "the executor ended, or is unreachable"
 _NO_CLIENT = "no executor is reachable"
 
 
@@ -103,7 +104,11 @@ class Places:
         """JSON data of the places."""
         found = []
         for each in self._executors:
-            found += [{"name": each.shown(name), "kind": "executor", "problem": ""} for name in each.names]
+            problems = {name: each.silent.get(name, "") for name in each.names} | dict.fromkeys(each.lost, _LOST)
+            found += [
+                {"name": each.shown(name), "kind": "executor", "problem": problem}
+                for name, problem in sorted(problems.items())
+            ]
             if not each.names and each.problem and each.is_chosen:
                 found.append({"name": each.endpoint or "executors", "kind": "executor", "problem": each.problem})
         for folder in self._folders:
