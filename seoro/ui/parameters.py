@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from seoro.campaign.space.axes import Axis, Choices
+from seoro.campaign.space.axes import DIGITS, Axis, Choices
 from seoro.campaign.space.finding import find_axes
 from seoro.embed.directives import Directives, read_directives
 from seoro.embed.scenarios import Scenario, check_file
@@ -165,7 +165,7 @@ class _Finding:
         if isinstance(axis, Choices):
             choices = axis.texts
         elif axis is not None:
-            low, high = axis.low, axis.high
+            low, high = (float(f"{bound:.{DIGITS}g}") for bound in (axis.low, axis.high))
         return Parameter(
             path,
             _type_text(declared.type),

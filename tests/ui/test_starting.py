@@ -25,7 +25,7 @@ struct place:
 scenario first:
     # Time until the end.
     pause: time
-    keep(pause in [0.1s..2s])
+    keep(pause in [100ms..700ms])
     speed: speed = 3kph
     shade: colour = colour!green
     goal: place
@@ -74,7 +74,7 @@ def test_the_form_of_a_scenario_has_its_parameters(browser: Browser, form: Path)
     assert list(parameters) == ["pause", "speed", "shade", "goal.x", "goal.y", "is_loud"]
     pause = parameters["pause"]
     assert (pause["type"], pause["unit"], pause["doc"]) == ("time", "s", "Time until the end.")
-    assert (pause["minimum"], pause["maximum"], pause["required"]) == (0.1, 2.0, False)
+    assert (pause["minimum"], pause["maximum"], pause["required"]) == (0.1, 0.7, False)
     assert (parameters["speed"]["unit"], parameters["speed"]["default"]) == ("m/s", "3kph")
     assert parameters["shade"]["choices"] == ["colour!red", "colour!green"]
     assert pause["choices"] is None
