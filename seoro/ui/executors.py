@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
 import anyio
+import anyio.to_thread
 from anyio.abc import TaskGroup
 
 from seoro.bridges.executor.messages import State
@@ -14,12 +16,17 @@ from seoro.client import Client
 from seoro.client.runs import RemoteRun
 from seoro.concurrency.background import background
 from seoro.errors import BackendError, UsageError
+from seoro.files.inputs import Kind, open_input
+from seoro.runtime.execution.outputs import TRACE
+from seoro.traces.edges import read_start
 from seoro.ui.registry import Known, Run, RunRegistry, Status, remote_id
 
 PERIOD: Final = 0.5  # [s] between requests for the list of runs
 RETRY: Final = 3.0  # [s] between attempts to connect
 PATIENCE: Final = 3.0  # [s] for answers
 MOST_RUNS: Final = 1000  # of an executor, the latest ones
+_LATEST: Final = 50  # runs of most requests
+_ALL: Final = 20  # requests, of which one is for all runs
 NO_EXECUTOR: Final = "no executor answers"
 _STATUSES: Final = {
     State.QUEUED: Status.WAITING,
@@ -41,6 +48,7 @@ class Executors:
         keys: Folder of keys; None for that of the environment or of the user.
         shown: Names of executors for people, where they differ.
         is_chosen: Whether the user chose the endpoint, and wants to know its problems.
+        folder: Folder of the executor, if it is that of the site.
 
     Attributes:
         endpoint: The endpoint, or None.
@@ -55,7 +63,13 @@ class Executors:
     """
 
     def __init__(
-        self, endpoint: str | None, keys: Path | None, shown: Mapping[str, str], *, is_chosen: bool = True
+        self,
+        endpoint: str | None,
+        keys: Path | None,
+        shown: Mapping[str, str],
+        *,
+        is_chosen: bool = True,
+        folder: Path | None = None,
     ) -> None:
         self.endpoint = endpoint
         self.is_chosen = is_chosen
@@ -67,6 +81,7 @@ class Executors:
         self.tried = anyio.Event()
         self.on_change: Callable[[], object] = lambda: None
         self._keys = keys
+        self._folder = folder
         self._shown = shown
 
     def shown(self, name: str) -> str:
@@ -108,26 +123,37 @@ class Executors:
 
     async def _follow(self, client: Client, name: str, registry: RunRegistry, scope: anyio.CancelScope) -> None:
         with scope:
-            while True:
+            for number in itertools.count():
                 try:
-                    await self._update(client, name, registry)
+                    await self._update(client, name, registry, is_whole=number % _ALL == 0)
                     self.silent.pop(name, None)
                 except (UsageError, BackendError) as error:
                     self.silent[name] = error.message if isinstance(error, UsageError) else str(error)
                 await anyio.sleep(PERIOD)
 
-    async def _update(self, client: Client, name: str, registry: RunRegistry) -> None:
+    async def _update(self, client: Client, name: str, registry: RunRegistry, *, is_whole: bool) -> None:
         place = self.shown(name)
         known = {each.run.id: each.run for each in registry.all() if each.run.place == place}
-        runs = await client.runs(name, MOST_RUNS)
-        found = [Known(describe(run, place, _scenario(known, run)), run) for run in runs]
-        registry.update(found, known.keys() - {each.run.id for each in found})
+        runs = await client.runs(name, MOST_RUNS if is_whole else _LATEST)
+        scenarios = await anyio.to_thread.run_sync(self._scenarios, known, runs)
+        found = [Known(describe(run, place, scenario), run) for run, scenario in zip(runs, scenarios, strict=True)]
+        registry.update(found, known.keys() - {each.run.id for each in found} if is_whole else ())
 
+    def _scenarios(self, known: Mapping[str, Run], runs: Sequence[RemoteRun]) -> list[str]:
+        """Return the names of scenarios, which executors do not report; empty for unknown ones."""
+        return [self._scenario(known.get(remote_id(run.id)), run) for run in runs]
 
-def _scenario(known: Mapping[str, Run], run: RemoteRun) -> str:
-    """Return the name of the scenario, which executors do not report; empty if this site did not start it."""
-    before = known.get(remote_id(run.id))
-    return "" if before is None else before.scenario
+    def _scenario(self, before: Run | None, run: RemoteRun) -> str:
+        if before is not None and before.scenario:
+            return before.scenario
+        if self._folder is None or (before is not None and before.status.is_final):
+            return ""
+        try:
+            with open_input(self._folder / "runs" / run.id / TRACE, Kind.TRACE) as file:
+                start = read_start(file)
+        except OSError:
+            return ""  # it has not started
+        return "" if start is None else str(start.get("scenario", ""))
 
 
 def describe(run: RemoteRun, place: str, scenario: str = "") -> Run:

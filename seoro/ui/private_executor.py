@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -36,9 +37,24 @@ everybody:
 """
 
 
+@dataclass(frozen=True)
+class PrivateExecutor:
+    """A running executor of a site.
+
+    Args:
+        endpoint: Its endpoint, a socket file of this user.
+        folder: Its folder.
+        process: Its process.
+    """
+
+    endpoint: str
+    folder: Path
+    process: Process
+
+
 @asynccontextmanager
-async def private_executor(state: Path) -> AsyncIterator[tuple[str, Process]]:
-    """Run an executor while the block lasts; yields its endpoint, a socket file of this user, and its process.
+async def private_executor(state: Path) -> AsyncIterator[PrivateExecutor]:
+    """Run an executor while the block lasts.
 
     Args:
         state: Folder for the runs of sites; each active site has a folder in it.
@@ -55,7 +71,7 @@ async def private_executor(state: Path) -> AsyncIterator[tuple[str, Process]]:
         async with _running(command) as (process, lines), background() as tasks:
             await _await_start(lines)
             tasks.start_soon(_drop, lines)
-            yield endpoint, process
+            yield PrivateExecutor(endpoint, folder, process)
 
 
 @contextmanager

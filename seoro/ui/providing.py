@@ -60,13 +60,13 @@ async def provide_own(state: Path, places: Places, registry: RunRegistry) -> Non
 
 async def _run_own(state: Path, places: Places, registry: RunRegistry) -> None:
     """Provide the executor of this machine, until its process ends."""
-    async with private_executor(state) as (endpoint, process):
-        own = Executors(endpoint, None, {NAME: SHOWN})
+    async with private_executor(state) as started:
+        own = Executors(started.endpoint, None, {NAME: SHOWN}, folder=started.folder)
         places.add(own)
         try:
             async with background() as tasks:
                 tasks.start_soon(own.watch, registry)
-                await process.wait()
+                await started.process.wait()
                 log.error("the executor of this machine ended, and is started again")
         finally:
             places.remove(own)

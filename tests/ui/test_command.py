@@ -63,6 +63,9 @@ def test_a_site_has_its_own_executor_and_ends_it(tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         assert process.wait(DEADLINE) == 0
     assert not [child for child in children if Path(f"/proc/{child}").exists()]
+    with command(tmp_path, "--connect", unused) as (browser, _):
+        again = browser.run(lambda each: each["id"] == run)  # runs of earlier sites
+        assert (again["scenario"], again["status"]) == ("long", "cancelled")
     [trace] = (tmp_path / "state").rglob("trace.jsonl")
     assert json.loads(trace.read_text().splitlines()[-1])["status"] == "cancelled"
 
