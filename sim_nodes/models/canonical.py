@@ -33,7 +33,7 @@ from sim_nodes.models.urdf import (
     text_of,
     write_shape,
 )
-from sim_nodes.physics import BodyModel, Box, Part, Shape, Urdf
+from sim_nodes.physics import BodyModel, Box, Capsule, Part, Shape, Urdf
 from sim_nodes.views import Colour
 
 if TYPE_CHECKING:
@@ -271,13 +271,14 @@ class _Writer:
             for mesh in self._mesh_files().write(shape, xml.label(element), solid=solid, texture=texture):
                 yield mesh.hull, mesh
             return
-        if texture is not None:
-            self._note(f"without effect: <texture> of a <{shape.tag}>; only meshes show pictures")
         found = Box(PLANE) if shape.tag == "plane" else read_shape(shape, xml.label(element))
         if volume(found) <= 0.0:
             self._note(f"without effect: {xml.label(element)} with a shape without extent")
             return
-        yield found, None
+        pictured = None if texture is None else self._mesh_files().write_picture(found, texture)
+        if texture is not None and isinstance(found, Capsule):
+            self._note("without effect: <texture> of a <capsule>; expected a mesh, box, cylinder, sphere or plane")
+        yield found, pictured
 
     def _mesh_files(self) -> MeshFiles:
         from sim_nodes.models.mesh_files import MeshFiles  # noqa: PLC0415 - robots without meshes start sooner

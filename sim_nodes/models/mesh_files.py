@@ -12,9 +12,10 @@ from sim_nodes.models import xml_reading as xml
 from sim_nodes.models.decomposition import decomposed
 from sim_nodes.models.meshes import Mesh, find_picture, hull, load_pieces, to_stl, with_picture
 from sim_nodes.models.obj import to_obj
+from sim_nodes.models.primitives import surface_of
 from sim_nodes.models.settings import ModelSettings
 from sim_nodes.models.urdf import SCALES, read_numbers
-from sim_nodes.physics import Hull
+from sim_nodes.physics import Hull, Shape
 from sim_nodes.views import Colour
 
 
@@ -74,6 +75,13 @@ class MeshFiles:
         if key not in self._meshes:
             self._meshes[key] = self._load(*key, what)
         return self._meshes[key]
+
+    def write_picture(self, shape: Shape, texture: str) -> MeshFile | None:
+        """Write the surface of a shape with a picture, by its virtual path; None if it cannot show it."""
+        surface, picture = surface_of(shape), find_picture(self._files, texture, self._note)
+        if surface is None or picture is None or self._settings.colour is not None:
+            return None
+        return self._add_visual(with_picture(surface, picture))
 
     def write_field(self, shape: Any) -> MeshFile:
         """Write the mesh of a height field as it is; its hull is that of the whole field."""

@@ -15,6 +15,8 @@ from sim_nodes.models.pictures import LARGEST, to_png
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 FLAT = int(mujoco.mjtTexture.mjTEXTURE_2D)
 NONE = -1
+GEOMS = mujoco.mjtGeom
+PICTURED = {int(kind) for kind in (GEOMS.mjGEOM_BOX, GEOMS.mjGEOM_CYLINDER, GEOMS.mjGEOM_SPHERE)}
 
 
 def texture_of(model: Any, geom: int) -> int | None:
@@ -30,6 +32,12 @@ def shows_picture(model: Any, geom: int) -> bool:
     if texture is None or model.tex_type[texture] != FLAT or model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH:
         return False
     return bool(model.mesh_texcoordadr[model.geom_dataid[geom]] != NONE)
+
+
+def shows_on_shape(model: Any, geom: int) -> bool:
+    """Whether a geom is a box, cylinder or sphere with a flat texture."""
+    texture = texture_of(model, geom)
+    return texture is not None and model.tex_type[texture] == FLAT and int(model.geom_type[geom]) in PICTURED
 
 
 def picture(model: Any, texture: int) -> bytes:

@@ -21,7 +21,14 @@ from sim_nodes.models.urdf import FIELD, WORLD_LINK, text_of, write_joint, write
 from sim_nodes.mujoco.actuation import efforts_of
 from sim_nodes.mujoco.couplings import Couplings, find_couplings
 from sim_nodes.mujoco.specs import WORLD, body_name, joint_name
-from sim_nodes.mujoco.textures import mean_tint, picture, shows_picture, texture_of, textured_mesh
+from sim_nodes.mujoco.textures import (
+    mean_tint,
+    picture,
+    shows_on_shape,
+    shows_picture,
+    texture_of,
+    textured_mesh,
+)
 
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 BALL, FREE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_FREE)
@@ -211,20 +218,28 @@ def _add_appearance(writer: _Writer, visual: Any, geom: int) -> None:
         SubElement(own, "texture", filename=_add_picture(writer, geometry, int(model.geom_dataid[geom]), texture))
     else:
         _add_shape(writer, geometry, geom)
-        if texture is not None:
+        if texture is not None and shows_on_shape(model, geom):
+            SubElement(own, "texture", filename=_picture_file(writer, texture))
+        elif texture is not None:
             colour[:3] *= mean_tint(model, texture)
     SubElement(own, "color", rgba=text_of(colour))
 
 
 def _add_picture(writer: _Writer, out: Any, mesh: int, texture: int) -> str:
     """Add a mesh with a picture; returns the path of the picture."""
-    path, pictured = f"textured_{mesh}.obj", f"texture_{texture}.png"
+    path = f"textured_{mesh}.obj"
     if path not in writer.files:
         writer.files[path] = to_obj(textured_mesh(writer.model, mesh))
-    if pictured not in writer.files:
-        writer.files[pictured] = picture(writer.model, texture)
     SubElement(out, "mesh", filename=path)
-    return pictured
+    return _picture_file(writer, texture)
+
+
+def _picture_file(writer: _Writer, texture: int) -> str:
+    """Return the path of a texture in a file."""
+    path = f"texture_{texture}.png"
+    if path not in writer.files:
+        writer.files[path] = picture(writer.model, texture)
+    return path
 
 
 def _add_shape(writer: _Writer, out: Any, geom: int) -> None:

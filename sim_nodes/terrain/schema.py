@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from sim_nodes.files import Declared
 from sim_nodes.models.xml_reading import FRICTIONS
@@ -17,8 +17,24 @@ MAX_PIECES = 100
 MAX_POINTS = 40_000  # of a height field
 FORMS = ("ramp", "platform", "steps", "heightfield", "rough")
 
+
+def _not_below_the_floor(rise: float) -> float:
+    """Refuse pits and ramps down.
+
+    Raises:
+        ValueError: The rise is negative.
+    """
+    if rise < 0.0:
+        raise ValueError(
+            f"unsupported terrain below the floor ({rise:g}): the floor is a plane without holes; expected "
+            "0 or more, or platforms and ramps around a pit"
+        )
+    return rise
+
+
+Rise = Annotated[float, AfterValidator(_not_below_the_floor)]
 Friction = Annotated[float, Field(ge=FRICTIONS[0], le=FRICTIONS[1])]
-Height = Annotated[float, Field(gt=0.0, le=MAX_HEIGHT)]  # [m]
+Height = Annotated[Rise, Field(gt=0.0, le=MAX_HEIGHT)]  # [m]
 
 
 class FloorFile(Declared):
@@ -31,15 +47,15 @@ class RampFile(Declared):
     """A ramp: its length and width, and its heights at both ends [m] or its angle [rad]."""
 
     size: tuple[Length, Length]
-    heights: tuple[float, float] | None = None  # at the begin and the end
-    angle: Annotated[float, Field(gt=0.0, le=1.2)] | None = None  # from the floor
+    heights: tuple[Rise, Rise] | None = None  # at the begin and the end
+    angle: Annotated[Rise, Field(gt=0.0, le=1.2)] | None = None  # from the floor
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
         if (self.heights is None) == (self.angle is None):
             raise ValueError("expected either `heights` or `angle` of a ramp")
         low, high = self.ends
-        if min(low, high) < 0.0 or not 0.0 < max(low, high) <= MAX_HEIGHT:
+        if not 0.0 < max(low, high) <= MAX_HEIGHT:
             raise ValueError(f"invalid heights {low:g} and {high:g} of a ramp; expected 0 to {MAX_HEIGHT:g} m")
         return self
 

@@ -15,9 +15,11 @@ from PIL import Image
 from seoro.bridges.model_files import gather
 from sim_nodes.__main__ import ENGINES
 from sim_nodes.check.bench import at, scene
+from sim_nodes.inertia import volume
 from sim_nodes.models import parse_model
+from sim_nodes.models.primitives import surface_of
 from sim_nodes.models.settings import ModelSettings
-from sim_nodes.physics import BodyModel, Engine
+from sim_nodes.physics import BodyModel, Box, Capsule, Cylinder, Engine, Sphere
 from sim_nodes.views import Lens, View, looking_at
 from tests.sim_nodes.client import Client
 from tests.sim_nodes.engines import make_engine, needs_pictures
@@ -97,6 +99,48 @@ def test_pictures_of_all_formats_are_seen_upright(engine: str) -> None:
         made.remove_body("body0")
         made.add_body("body0", models[0], at(0.0, 0.0, 0.0))
     assert seen(made) == FLAG
+
+
+SHAPES = {
+    '<box size="1 1 1"/>': FLAG,
+    '<cylinder radius="0.5" length="1"/>': ("red", "red", "blue", "blue"),  # a quarter of the picture faces a side
+    '<sphere radius="0.5"/>': ("red", "red", "blue", "blue"),
+}
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_boxes_cylinders_and_spheres_show_pictures(engine: str) -> None:
+    needs_pictures(engine)
+    made = make_engine(engine)
+    made.build(scene())
+    of_sdf = SDF.replace("<mesh><uri>quad.obj</uri></mesh>", "<box><size>1 1 1</size></box>")
+    of_mjcf = MJCF.replace('type="mesh" mesh="q"', 'type="box" size="0.5 0.5 0.5"')
+    models = [painted(BY_URDF.replace('<mesh filename="quad.obj"/>', shape)) for shape in SHAPES]
+    models.append(painted(of_sdf))
+    if engine == "pybullet":  # MuJoCo lays the picture of MJCF over a box from above
+        models.append(painted(of_mjcf))
+    for index, model in enumerate(models):
+        made.add_body(f"body{index}", model, at(3.0 * index, 0.0, 0.5))
+    expected = [*SHAPES.values(), FLAG, FLAG]
+    for index in range(len(models)):
+        assert seen(made, 3.0 * index) == expected[index], index
+
+
+def test_planes_show_pictures() -> None:
+    model = painted(SDF.replace("<mesh><uri>quad.obj</uri></mesh>", "<plane><size>9 9</size></plane>"))
+    assert model.urdf is not None and set(model.urdf.meshes) == {"mesh1.obj", "picture0.png"}
+
+
+def test_surfaces_face_outwards() -> None:
+    for shape in (Box((1.0, 2.0, 3.0)), Cylinder(0.5, 2.0), Sphere(0.5)):
+        surface = surface_of(shape)
+        assert surface is not None and surface.coordinates is not None
+        a, b, c = surface.vertices[surface.faces.T]
+        outwards = np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c)
+        assert outwards.min() > 0.0
+        assert outwards.sum() / 18.0 == pytest.approx(volume(shape), rel=0.02)
+        assert surface.coordinates.min() >= 0.0 and surface.coordinates.max() <= 1.0
+    assert surface_of(Capsule(0.1, 1.0)) is None
 
 
 class Bullet:
@@ -192,8 +236,11 @@ def test_pictures_without_places_are_noted() -> None:
     files = {"quad.obj": bare.encode(), "package/p/flag.png": flag()}
     notes = parse_model(BY_URDF, files).notes
     assert "without effect: <texture> of <visual>, whose mesh has no texture coordinates" in notes
-    box = BY_URDF.replace('<mesh filename="quad.obj"/>', '<box size="1 1 1"/>')
-    assert "without effect: <texture> of a <box>; only meshes show pictures" in parse_model(box, files).notes
+    capsule = BY_URDF.replace('<mesh filename="quad.obj"/>', '<capsule radius="0.2" length="1"/>')
+    assert (
+        "without effect: <texture> of a <capsule>; expected a mesh, box, cylinder, sphere or plane"
+        in parse_model(capsule, files).notes
+    )
 
 
 def test_pictures_of_sdf_are_gathered(tmp_path: Path) -> None:
@@ -203,5 +250,5 @@ def test_pictures_of_sdf_are_gathered(tmp_path: Path) -> None:
 
 
 def test_shapes_of_mjcf_have_the_mean_colour_of_their_texture() -> None:
-    text = MJCF.replace('type="mesh" mesh="q"', 'type="box" size="0.5 0.01 0.5"')
+    text = MJCF.replace('type="mesh" mesh="q"', 'type="ellipsoid" size="0.5 0.01 0.5"')
     assert painted(text).colour == pytest.approx((0.5, 0.5, 0.25, 1.0))
