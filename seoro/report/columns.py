@@ -22,6 +22,7 @@ Position: TypeAlias = Mapping[str, object]  # length of each table, and last val
 Column: TypeAlias = "array[int] | array[float]"
 T = TypeVar("T")
 
+_CONSTANT: Final = "="  # before the type of a column whose values are all the same: it has only one
 BEGIN: Final[Position] = MappingProxyType({})
 _UNKNOWN: Final = object()
 _LARGEST: Final = 2**30  # so that differences are 32-bit integers, too
@@ -90,7 +91,11 @@ class Packed:
         if not column:
             return
         code = {"i": "i4", "d": "f8", "B": "u1"}[column.typecode]
-        self.layout[name] = (code, len(column))
+        if _is_constant(column):
+            self.layout[name] = (_CONSTANT + code, len(column))
+            column = column[:1]
+        else:
+            self.layout[name] = (code, len(column))
         self._write(_shuffled(_differences(column) if code == "i4" else column))
 
     def add_table(self, table: str, columns: Sequence[tuple[str, Column]]) -> None:
@@ -110,6 +115,11 @@ class Packed:
         """Return whether a single value differs from that of the earlier position, or has none there."""
         self.position[name] = value
         return self._since.get(name, _UNKNOWN) != value
+
+
+def _is_constant(column: Column) -> bool:
+    first = column[:1].tobytes()
+    return len(column) > 1 and column.tobytes() == first * len(column)
 
 
 def _differences(column: Column) -> array[int]:

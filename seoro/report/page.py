@@ -78,9 +78,9 @@ def page(reading: Reading, folder: Path | None, *, space: bool = False) -> Itera
     yield "</main></div>"
     yield _script("seoro-meta", zlib.compress(frame.text, _LEVEL))
     yield _script("seoro-columns", columns.finish())
-    for number, block in enumerate(reading.blocks.all()):
-        yield _script(f"seoro-block-{number}", block)
     yield from (f"<script>{each}</script>" for each in scripts)
+    for number, block in enumerate(reading.blocks.all()):  # the page is shown before it has them
+        yield _script(f"seoro-block-{number}", block)
     yield "</body></html>\n"
 
 

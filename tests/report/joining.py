@@ -53,7 +53,8 @@ def decode(data: bytes, layout: dict[str, tuple[str, int]]) -> dict[str, list[fl
     """Decode columns."""
     found: dict[str, list[float]] = {}
     offset = 0
-    for name, (type_, count) in layout.items():
+    for name, (code, length) in layout.items():
+        type_, count = (code[1:], 1) if code.startswith("=") else (code, length)
         width = WIDTHS[type_]
         planes = data[offset : offset + width * count]
         offset += width * count
@@ -64,7 +65,7 @@ def decode(data: bytes, layout: dict[str, tuple[str, int]]) -> dict[str, list[fl
         if type_ == "i4":
             for index in range(1, count):
                 values[index] += values[index - 1]
-        found[name] = values
+        found[name] = values * length if code.startswith("=") else values
     assert offset == len(data)
     return found
 

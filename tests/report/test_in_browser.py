@@ -146,7 +146,7 @@ async def test_axe_finds_no_violations(report: Path, open_report: Open, dark: bo
 async def test_a_run_of_a_million_records(tmp_path: Path, open_report: Open) -> None:
     write(tmp_path, many_records(1_000_000))
     write_file(str(tmp_path / TRACE), tmp_path, tmp_path / "report.html")
-    assert (tmp_path / "report.html").stat().st_size < 20_000_000
+    assert (tmp_path / "report.html").stat().st_size < 15_000_000
     opened = await open_report(tmp_path / "report.html")
     page = opened.page
     assert "322,580 behaviors" in await page.locator("#timeline").inner_text()

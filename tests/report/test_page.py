@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import struct
 import zlib
 from pathlib import Path
@@ -30,6 +31,17 @@ def test_columns_are_differences_in_planes() -> None:
     rows = zip(*(planes[index * 3 : index * 3 + 3] for index in range(4)), strict=True)
     assert [struct.unpack("<i", bytes(row))[0] for row in rows] == [5, 2, -3]
     assert planes[12:] == struct.pack("<d", 1.5) + b"\x03\x04"
+
+
+def test_columns_of_one_value_are_stored_once() -> None:
+    data = bytearray()
+    packed = Packed(data.extend)
+    packed.add("a", integers([5, 5, 5]))
+    packed.add("b", reals([math.nan, math.nan]))
+    packed.add("c", small())
+    assert packed.layout == {"a": ("=i4", 3), "b": ("=f8", 2)}
+    assert bytes(data[:4]) == struct.pack("<i", 5)
+    assert len(data) == 12
 
 
 def test_executions_of_a_behavior_share_a_row() -> None:

@@ -27,7 +27,12 @@ export async function embeddedFrame(): Promise<Frame> {
 }
 
 async function read(id: string): Promise<Uint8Array<ArrayBuffer>> {
-  const element = document.getElementById(id);
+  let element = document.getElementById(id);
+  // While the page is loading, the last element may be incomplete.
+  if (document.readyState === "loading" && !element?.nextSibling) {
+    await new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve, { once: true }));
+    element = document.getElementById(id);
+  }
   if (element === null) throw new Error(`the report is incomplete: ${id} is missing`);
   return inflate(fromBase64(element.textContent ?? ""));
 }

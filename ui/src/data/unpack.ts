@@ -23,10 +23,14 @@ export class Columns {
 
   constructor(data: Uint8Array<ArrayBuffer>, layout: { [name: string]: [string, number] }) {
     let offset = 0;
-    for (const [name, [type, length]] of Object.entries(layout)) {
-      const width = WIDTHS[type] ?? 1;
-      this.columns.set(name, decode(data.subarray(offset, offset + width * length), type, length));
-      offset += width * length;
+    for (const [name, [code, length]] of Object.entries(layout)) {
+      const isConstant = code.startsWith("="); // it has only one value
+      const type = isConstant ? code.slice(1) : code;
+      const count = isConstant ? 1 : length;
+      const size = (WIDTHS[type] ?? 1) * count;
+      const found = decode(data.subarray(offset, offset + size), type, count);
+      this.columns.set(name, isConstant ? repeated(found, length) : found);
+      offset += size;
     }
   }
 
@@ -45,6 +49,11 @@ export class Columns {
   has(name: string): boolean {
     return this.columns.has(name);
   }
+}
+
+function repeated(column: Column, length: number): Column {
+  const make = column.constructor as new (size: number) => Column;
+  return new make(length).fill(column[0]!);
 }
 
 function decode(raw: Uint8Array<ArrayBuffer>, type: string, length: number): Column {
