@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from seoro.cli.files import write_errors
-from seoro.cli.packages import require
+from seoro.cli.packages import ROS2, require
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
 from seoro.runtime.execution.outputs import LAYOUT, RECORDING, VIDEO
@@ -63,3 +63,23 @@ def write(records: Iterable[dict[str, Any]], path: Path, film: Path | None = Non
             write_recording(records, path, film)
     except (ValueError, RuntimeError) as error:  # errors of the package's writer are `RuntimeError`
         raise UsageError(f"cannot write {path}: {error}") from error
+
+
+def write_bag(records: Iterable[dict[str, Any]], folder: Path) -> None:
+    """Write a bag of ROS 2.
+
+    Args:
+        records: Records of the run.
+        folder: Folder of the bag, which must not exist.
+
+    Raises:
+        UsageError: A package is missing, the folder exists or cannot be written, or a record is invalid.
+    """
+    require("a bag", "ros2", *ROS2)
+    from seoro.bridges.ros2.recording.trace_bag import write_trace_bag  # noqa: PLC0415 - slow to load, and optional
+
+    try:
+        with write_errors(folder):
+            write_trace_bag(records, folder)
+    except ValueError as error:
+        raise UsageError(f"cannot write {folder}: {error}") from error

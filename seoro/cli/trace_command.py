@@ -18,6 +18,7 @@ from seoro.cli.arguments import add_option, given_option, number, pattern
 from seoro.cli.files import write_errors
 from seoro.cli.output import paint, use_colour
 from seoro.cli.recordings import write as write_recording
+from seoro.cli.recordings import write_bag
 from seoro.cli.results import silence
 from seoro.cli.trace_input import invalid_trace, open_trace
 from seoro.errors import UsageError
@@ -37,6 +38,7 @@ EXAMPLES = """examples:
   seoro trace out/trace.jsonl --why end
   seoro trace out/trace.jsonl --perfetto run.json     # open it in ui.perfetto.dev
   seoro trace out/trace.jsonl --mcap run.mcap         # open it in Foxglove
+  seoro trace out/trace.jsonl --bag run_bag           # play it in ROS 2
   seoro exec maze.osc --trace - | seoro trace -
 
 exit status: 0, also for the truncated trace of a killed run; 2 if the trace is invalid"""
@@ -68,6 +70,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(form, "--summary", "print verdict, durations, failures and counts instead")
     add_option(
         form, "--mcap OUT.mcap", "write a recording for Foxglove, with foxglove-layout.json beside it", type=Path
+    )
+    add_option(
+        form, "--bag DIR", "write a bag of ROS 2 (rosbag2, MCAP) with poses, scans, map and logs", type=Path
     )
     add_option(parser, "--video FILE", f"film of the run for the recording of `--mcap`, such as its {VIDEO}")
     add_option(form, "--perfetto OUT.json", "write Chrome trace events for ui.perfetto.dev", type=Path)
@@ -121,7 +126,7 @@ class _TraceView:
             UsageError: The trace is invalid.
         """
         options = self._options
-        if options.json and (given := given_option(options, "perfetto", "mcap")):
+        if options.json and (given := given_option(options, "perfetto", "mcap", "bag")):
             raise UsageError(f"`--json` contradicts `{given}`", help="leave out one of them")
         if options.video is not None and options.mcap is None:
             raise UsageError("`--video` needs `--mcap`", help="name the recording: `--mcap run.mcap`")
@@ -129,6 +134,8 @@ class _TraceView:
             self._convert(options.perfetto)
         elif options.mcap is not None:
             write_recording(self._chosen(), options.mcap, options.video)
+        elif options.bag is not None:
+            write_bag(self._chosen(), options.bag)
         elif options.why is not None:
             self._explain(options.why)
         elif options.summary:
