@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -22,12 +23,13 @@ NAMES = ("<img src=x onerror=alert(1)>", "right\u202eto left", "line\nbreak", 'q
 def hostile(folder: Path) -> Iterator[list[Path]]:
     """Folders with hostile names, each with a run and its scenario; the last one is not UTF-8."""
     names = [os.fsencode(name) for name in NAMES] + [b"not \xff UTF-8"]
-    folders = [folder / "hostile" / os.fsdecode(name) for name in names]
+    folders = [folder / "strange" / os.fsdecode(name) for name in names]
     for each in folders:
         each.mkdir(parents=True)
         (each / "hello.osc").write_text(HELLO)
         assert main(["exec", str(each / "hello.osc"), "-o", str(each)]) == 0
     yield folders
+    shutil.rmtree(folder / "strange")
 
 
 def _is_in(folder: str, run: dict[str, Any]) -> bool:
@@ -45,8 +47,8 @@ def test_hostile_names_are_data(browser: Browser, hostile: list[Path]) -> None:
         assert found.headers["content-disposition"].isascii()
     files = {each["file"] for each in browser.get("/api/scenarios")["scenarios"]}
     for name in NAMES:
-        assert f"hostile/{name}/hello.osc" in files
-        form = browser.http.get("/api/scenario", params={"file": f"hostile/{name}/hello.osc", "name": "hello"})
+        assert f"strange/{name}/hello.osc" in files
+        form = browser.http.get("/api/scenario", params={"file": f"strange/{name}/hello.osc", "name": "hello"})
         assert form.json().get("problem") is None
 
 
