@@ -4,7 +4,7 @@ import type { RunModel } from "../data/model";
 import { sentence } from "../data/sentences";
 import type { TraceRecord } from "../data/types";
 import { after } from "../data/unpack";
-import { useCell, useRevision } from "../state";
+import { useRevision } from "../state";
 import { plural } from "../text";
 import type { ViewProps } from "./RunViews";
 import { VirtualList } from "./VirtualList";
@@ -32,6 +32,7 @@ const MARKS: Record<string, string> = {
   "margin": "↔",
 };
 
+const LOOK = 80; // [ms] between two searches for the record of the time
 const REFRESH = 500; // [ms] between two looks at the new records of a run
 
 interface Props extends ViewProps {
@@ -57,17 +58,23 @@ export function RecordList({ run, state, kinds, empty }: Props) {
   const text = isFailures && search === "" ? FAILED : search;
   const [positions, progress] = useSearch(run, wanted, text);
   const [, redraw] = useState(0);
-  const time = useCell(state.time);
   const [now, setNow] = useState(-1);
   useEffect(() => {
+    let timer: ReturnType<typeof setTimeout> | undefined;
     let isCurrent = true;
-    void run.records.until(time).then((position) => {
-      if (isCurrent) setNow(after(positions, position) - 1);
-    });
+    const look = () => {
+      timer = undefined;
+      void run.records.until(state.time.value).then((position) => isCurrent && setNow(after(positions, position) - 1));
+    };
+    look();
+    // While the time moves, not every block on the way is worth to be read.
+    const stop = state.time.subscribe(() => (timer ??= setTimeout(look, LOOK)));
     return () => {
       isCurrent = false;
+      clearTimeout(timer);
+      stop();
     };
-  }, [run, positions, time]);
+  }, [run, state, positions]);
 
   const line = (index: number) => {
     const record = run.records.ready(positions[index]!, () => redraw((count) => count + 1));
