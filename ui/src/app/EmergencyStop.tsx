@@ -65,6 +65,7 @@ export function StopBanner({ lab }: { lab: LabStore }) {
           <span class="octagon" aria-hidden="true" /> Emergency stop is active.
         </strong>{" "}
         {stopped.by && `By ${clip(plain(stopped.by), 80)}. `}
+        {stopped.count < stopped.of && `${stopped.count} of ${stopped.of} members are stopped. `}
         {stopped.reason && <bdi>{clip(plain(stopped.reason), 200)}</bdi>}
       </p>
       <button type="button" onClick={() => setIsAsking(true)}>

@@ -87,14 +87,14 @@ export interface Campaign {
   id: string;
   title: string;
   folder?: string;
+  /** Time of the last change, since 1970 [s]. */
+  changed?: number;
+  /** `running`, `complete`, `stopped` or `ended`; missing if the campaign cannot be read. */
+  status?: string;
   /** Planned number of runs; null without an end. */
-  runs: number | null;
-  done: number;
-  counts: { [status: string]: number };
-  /** Whether it is running. */
-  active: boolean;
-  firstStart: number | null;
-  lastStart: number | null;
+  runs?: number | null;
+  done?: number;
+  counts?: { [status: string]: number };
   problem?: string;
 }
 
@@ -129,8 +129,14 @@ export interface CampaignState extends Campaign {
   rate: { passed: number; failed: number; share: number | null; low: number | null; high: number | null; validity: string };
   stop: string | null;
   impossible: number;
-  perSecond: number | null;
-  timeLeft: number | null;
+  /** Whether rows are still to be read. */
+  isReading: boolean;
+  /** Runs per second. */
+  pace: number | null;
+  /** Time left [s]. */
+  left: number | null;
+  /** ISO text. */
+  firstStart: string | null;
   simulator: string | null;
   strategy: string;
   seed: number;
@@ -138,5 +144,5 @@ export interface CampaignState extends Campaign {
   measurements: Axis[];
   groups: { reason: string; where: string; count: number; example: number }[];
   latest: CampaignFailure[];
-  coverage: { item: string; unit: string; reached: number; reachable: number; holes: string[]; holeCount: number }[];
+  coverage: { item: string; unit: string; reached: number; reachable: number | null; holes: string[]; holeCount: number }[];
 }

@@ -12,7 +12,9 @@ const STATUSES: Record<string, [sign: string, word: string]> = {
   killed: ["×", "Killed"],
   ended: ["✓", "Ended"],
   paused: ["❚❚", "Paused"],
-  interrupted: ["×", "Interrupted"],
+  complete: ["✓", "Complete"],
+  stopped: ["■", "Stopped"],
+  unreadable: ["!", "Unreadable"],
 };
 
 export const RUN_STATUSES: readonly Status[] = ["waiting", "running", "passed", "failed", "error", "cancelled", "killed"];
@@ -25,10 +27,10 @@ export function wordOf(status: string): string {
   return STATUSES[status]?.[1] ?? status;
 }
 
-/** Format a time since 1970 [s] as time of the day, with the date of other days. */
-export function clock(time: number | null): string {
-  if (time === null) return "";
-  const date = new Date(time * 1000);
+/** Format a time since 1970 [s], or an ISO text, as time of the day, with the date of other days. */
+export function clock(time: number | string | null): string {
+  const date = new Date(typeof time === "number" ? time * 1000 : (time ?? NaN));
+  if (Number.isNaN(date.getTime())) return "";
   const isToday = date.toDateString() === new Date().toDateString();
   const hours = date.toLocaleTimeString("en-GB");
   return isToday ? hours : `${date.toISOString().slice(0, 10)} ${hours.slice(0, 5)}`;

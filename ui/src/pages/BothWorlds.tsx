@@ -8,6 +8,7 @@ import { after } from "../data/unpack";
 import { useCell } from "../state";
 import { seconds } from "../text";
 
+const NEAR = 40; // [px] within which both poses of a robot share a name
 const STEPS = 10_000; // of the slider
 const WIDTHS = [4, 2]; // [px] of the ways of A and B: B is thinner and dashed, so that both are visible
 
@@ -55,8 +56,8 @@ function Picture({ a, b, at }: { a: RunModel; b: RunModel; at: number | null }) 
       context.font = colours.font;
       drawStill(context, a, view, map, colours);
       context.textBaseline = "middle";
-      drawRun(context, view, a, 0, time, colours);
-      drawRun(context, view, b, 1, time, colours);
+      drawRun(context, view, a, 0, b, time, colours);
+      drawRun(context, view, b, 1, a, time, colours);
     };
     draw();
     return onThemeChange(draw);
@@ -97,18 +98,30 @@ function around([ax0, ay0, ax1, ay1]: Extent, [bx0, by0, bx1, by1]: Extent): Ext
   return [Math.min(ax0, bx0), Math.min(ay0, by0), Math.max(ax1, bx1), Math.max(ay1, by1)];
 }
 
-function drawRun(context: CanvasRenderingContext2D, view: View, run: RunModel, side: 0 | 1, time: number, colours: Theme): void {
+function drawRun(
+  context: CanvasRenderingContext2D,
+  view: View,
+  run: RunModel,
+  side: 0 | 1,
+  other: RunModel,
+  time: number,
+  colours: Theme,
+): void {
   const colour = colours.entities[side]!;
   for (const track of run.tracks.tracks) {
     context.strokeStyle = colour;
     context.lineWidth = WIDTHS[side]!;
-    context.globalAlpha = 0.3;
+    context.globalAlpha = 0.5;
+    context.setLineDash(side === 1 ? [7, 5] : []);
     drawWay(context, view, track, 0, track.times.length);
     context.globalAlpha = 1;
-    context.setLineDash(side === 1 ? [7, 5] : []);
     drawWay(context, view, track, 0, after(track.times, time));
     context.setLineDash([]);
     const pose = track.at(time);
-    if (pose !== null) drawEntity(context, view, track, pose, colour, colours, `${track.name} ${"AB"[side]}`);
+    if (pose === null) continue;
+    const twin = other.tracks.tracks.find((each) => each.name === track.name)?.at(time) ?? null;
+    const isNear = twin !== null && Math.hypot(twin.x - pose.x, twin.y - pose.y) * view.scale < NEAR;
+    const name = isNear ? (side === 0 ? "" : `${track.name} A, B`) : `${track.name} ${"AB"[side]}`;
+    drawEntity(context, view, track, pose, colour, colours, name);
   }
 }

@@ -10,7 +10,7 @@ import { LiveSocket } from "../net/socket";
 import { Cell, useCell } from "../state";
 import { clip, digits, plain, plural, shortPlace, shown, whole } from "../text";
 import { Outcomes } from "./Outcomes";
-import { Progress, statusOf, Tally } from "./Campaigns";
+import { Progress, Tally } from "./Campaigns";
 
 export function Campaign({ id }: { id: string }) {
   const state = useMemo(() => new Cell<CampaignState | null>(null), [id]);
@@ -51,7 +51,7 @@ function Shown({ campaign }: { campaign: CampaignState }) {
     <>
       <section class="panel" aria-label="Progress">
         <div class="headline">
-          <StatusBadge status={statusOf(campaign)} />
+          <StatusBadge status={campaign.status ?? ""} />
           <h1>
             <bdi>{clip(plain(campaign.title), 200)}</bdi>
           </h1>
@@ -62,14 +62,15 @@ function Shown({ campaign }: { campaign: CampaignState }) {
             <Progress campaign={campaign} />
           </li>
           <li>
-            <Tally counts={campaign.counts} />
+            <Tally counts={campaign.counts ?? {}} />
           </li>
-          {campaign.perSecond !== null && <li>{digits(campaign.perSecond)} runs/s</li>}
-          {campaign.active && campaign.timeLeft !== null && <li>{rest(campaign.timeLeft)} left</li>}
+          {campaign.pace !== null && <li>{digits(campaign.pace)} runs/s</li>}
+          {campaign.left !== null && <li>{rest(campaign.left)} left</li>}
+          {campaign.isReading && <li>reading earlier runs…</li>}
           {campaign.simulator && <li>{plain(campaign.simulator)}</li>}
           <li>strategy {plain(campaign.strategy)}</li>
           <li>seed {campaign.seed}</li>
-          {campaign.firstStart !== null && <li>since {clock(campaign.firstStart)}</li>}
+          {campaign.firstStart && <li>since {clock(campaign.firstStart)}</li>}
           {campaign.impossible > 0 && <li>{plural(campaign.impossible, "impossible combination")}</li>}
         </ul>
         {campaign.stop && <p class="notes">{clip(plain(campaign.stop), 300)}</p>}
@@ -184,8 +185,11 @@ function CampaignCoverage({ items }: { items: CampaignState["coverage"] }) {
       <ul class="covered">
         {items.map((item) => (
           <li key={item.item}>
-            <bdi>{clip(plain(item.item), 160)}</bdi>: {item.reached} of {plural(item.reachable, "bucket")}
-            <meter min={0} max={Math.max(item.reachable, 1)} value={item.reached} aria-label={`Coverage of ${clip(plain(item.item), 80)}`} />
+            <bdi>{clip(plain(item.item), 160)}</bdi>:{" "}
+            {item.reachable === null ? plural(item.reached, "bucket") : `${item.reached} of ${plural(item.reachable, "bucket")}`}
+            {item.reachable !== null && (
+              <meter min={0} max={Math.max(item.reachable, 1)} value={item.reached} aria-label={`Coverage of ${clip(plain(item.item), 80)}`} />
+            )}
             {item.holeCount > 0 && (
               <span class="muted">
                 missing: {item.holes.map((hole) => clip(plain(shown(hole)), 60)).join(", ")}

@@ -58,23 +58,19 @@ function Entry({ campaign }: { campaign: Campaign }) {
           <bdi>{clip(plain(campaign.title), 160)}</bdi>
         </Link>{" "}
         <span class="muted">
-          <bdi>{clip(plain(campaign.folder ?? ""), 200)}</bdi> {clock(campaign.firstStart)}
+          <bdi>{clip(plain(campaign.folder ?? ""), 200)}</bdi>
+          {campaign.changed ? `, changed ${clock(campaign.changed)}` : ""}
         </span>
         {campaign.problem && <div class="failed">{clip(plain(campaign.problem), 300)}</div>}
       </div>
-      <StatusBadge status={statusOf(campaign)} />
-      <Progress campaign={campaign} />
-      <Tally counts={campaign.counts} />
+      <StatusBadge status={campaign.status ?? "unreadable"} />
+      {campaign.status && <Progress campaign={campaign} />}
+      {campaign.status && <Tally counts={campaign.counts ?? {}} />}
     </li>
   );
 }
 
-export function statusOf({ active, runs, done }: Campaign): string {
-  if (active) return "running";
-  return runs !== null && done < runs ? "interrupted" : "ended";
-}
-
-export function Progress({ campaign: { done, runs, title } }: { campaign: Campaign }) {
+export function Progress({ campaign: { done = 0, runs = null, title } }: { campaign: Campaign }) {
   return (
     <span class="progress">
       {runs !== null && <progress max={Math.max(runs, 1)} value={done} aria-label={`Progress of ${clip(plain(title), 60)}`} />}

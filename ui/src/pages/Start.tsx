@@ -82,11 +82,11 @@ function ScenarioList({ entries, chosen, onChoose }: { entries: Entry[]; chosen:
               <strong>
                 <bdi>{clip(plain(entry.name || entry.file), 120)}</bdi>
               </strong>
-              <span class="muted">
-                <bdi>{clip(plain(entry.file), 200)}</bdi>
+              <span class="muted" title={plain(entry.file).slice(0, 1000)}>
+                <bdi>{clip(plain(entry.file.split("/").slice(-3).join("/")), 200)}</bdi>
                 {entry.line ? `:${entry.line}` : ""}
               </span>
-              {entry.doc && <span>{clip(plain(entry.doc), 240)}</span>}
+              {entry.title && <span>{clip(plain(entry.title), 240)}</span>}
               {entry.problem && (
                 <span class="failed">
                   <span aria-hidden="true">✗ </span>
@@ -119,6 +119,6 @@ function Chosen({ entry, shared }: { entry: Entry; shared: Shared }) {
 }
 
 function matches(entry: Entry, search: string): boolean {
-  const text = `${entry.name}\n${entry.file}\n${entry.doc ?? ""}`.toLowerCase();
+  const text = `${entry.name}\n${entry.file}\n${entry.title ?? ""}`.toLowerCase();
   return search.toLowerCase().split(/\s+/).every((word) => text.includes(word));
 }

@@ -7,7 +7,7 @@ import type { Shared } from "../app/stores";
 import { debugSession } from "../debug/session";
 import { post, RequestFailed } from "../net/api";
 import { clip, plain } from "../text";
-import { bodyOf, type Entry, type Parameter, problemsOf, type ScenarioForm, type Settings } from "./start_data";
+import { bodyOf, type Entry, fieldOf, type Parameter, problemsOf, type ScenarioForm, type Settings } from "./start_data";
 
 interface Props {
   entry: Entry;
@@ -17,9 +17,10 @@ interface Props {
 
 export function StartForm({ entry, form, shared }: Props) {
   const executors = shared.site.places.filter((place) => place.kind === "executor");
+  const simulators = shared.site.simulators.filter((name) => !form.simulators?.length || form.simulators.includes(name));
   const [settings, setSettings] = useState<Settings>({
-    ...{ place: executors[0]?.name ?? "", world: "", rate: "", seed: "", timeout: "", set: {} },
-    simulator: form.needsSimulator ? (shared.site.simulators[0] ?? "") : "",
+    ...{ place: executors[0]?.name ?? "", world: "", rate: "1", seed: "", timeout: "", set: {} },
+    simulator: form.needsSimulator ? (simulators[0] ?? "") : "",
   });
   const [problems, setProblems] = useState<{ [field: string]: string }>({});
   const [failure, setFailure] = useState<unknown>(null);
@@ -44,11 +45,12 @@ export function StartForm({ entry, form, shared }: Props) {
       } else setFailure(error);
     }
   };
-  const text = (field: "world" | "rate" | "seed" | "timeout", label: string, hint: string) => (
+  const text = (field: "world" | "rate" | "seed" | "timeout", label: string, hint: string, given = "") => (
     <Field id={field} label={label} hint={hint} problem={problems[field]}>
       <input
         {...input(field, problems[field])}
         value={settings[field]}
+        placeholder={clip(plain(given), 200)}
         maxLength={500}
         onInput={(event) => change({ [field]: event.currentTarget.value })}
       />
@@ -63,7 +65,7 @@ export function StartForm({ entry, form, shared }: Props) {
         void begin(false);
       }}
     >
-      {entry.doc && <p>{clip(plain(entry.doc), 1000)}</p>}
+      {entry.title && <p>{clip(plain(entry.title), 1000)}</p>}
       <fieldset>
         <legend>Parameters</legend>
         {form.parameters.length === 0 && <p class="muted">The scenario has no parameters.</p>}
@@ -72,7 +74,7 @@ export function StartForm({ entry, form, shared }: Props) {
             key={parameter.path}
             parameter={parameter}
             value={settings.set[parameter.path] ?? ""}
-            problem={problems[parameter.path]}
+            problem={problems[fieldOf(parameter.path)]}
             onChange={(value) => change({ set: { ...settings.set, [parameter.path]: value } })}
           />
         ))}
@@ -95,15 +97,15 @@ export function StartForm({ entry, form, shared }: Props) {
             onChange={(event) => change({ simulator: event.currentTarget.value })}
           >
             <option value="">none: virtual clock</option>
-            {shared.site.simulators.map((name) => (
+            {simulators.map((name) => (
               <option key={name}>{name}</option>
             ))}
           </select>
         </Field>
-        {settings.simulator !== "" && text("world", "World", "Name or file; empty for the world of the scenario.")}
-        {settings.simulator !== "" && text("rate", "Rate", "Simulated seconds per second, or max. Empty: real time.")}
-        {text("seed", "Seed", "Empty for one at random.")}
-        {text("timeout", "Time limit [s]", "Empty for none.")}
+        {settings.simulator !== "" && text("world", "World", "Name or file.", form.world)}
+        {settings.simulator !== "" && text("rate", "Rate", "1 is real time; max is as fast as possible.", "max")}
+        {text("seed", "Seed", "The same seed repeats a run.", String(form.seed ?? "at random"))}
+        {text("timeout", "Time limit [s]", "", String(form.timeout ?? "none"))}
       </fieldset>
       {failure !== null && <Problem error={failure} />}
       <div class="actions">
@@ -160,7 +162,8 @@ interface ParameterProps {
 function ParameterField({ parameter, value, problem, onChange }: ParameterProps) {
   const { path, type, unit, doc, choices } = parameter;
   const given = parameter.default ?? "";
-  const options = choices ?? (type === "bool" ? ["true", "false"] : null);
+  const field = fieldOf(path);
+  const options = choices?.length ? choices : null;
   const label = (
     <>
       <bdi>{clip(plain(path), 100)}</bdi>
@@ -168,23 +171,24 @@ function ParameterField({ parameter, value, problem, onChange }: ParameterProps)
         {" "}
         {clip(plain(type), 60)}
         {unit ? ` [${clip(plain(unit), 30)}]` : ""}
+        {parameter.required && <strong> needed</strong>}
       </span>
     </>
   );
   return (
-    <Field id={path} label={label} hint={[clip(plain(doc ?? ""), 300), rangeOf(parameter)].filter(Boolean).join(" ")} problem={problem}>
+    <Field id={field} label={label} hint={[clip(plain(doc ?? ""), 300), rangeOf(parameter)].filter(Boolean).join(" ")} problem={problem}>
       {options === null ? (
         <input
-          {...input(path, problem)}
+          {...input(field, problem)}
           value={value}
-          placeholder={clip(plain(given), 200)}
+          placeholder={given === "" && !parameter.required ? "chosen by the run" : clip(plain(given), 200)}
           maxLength={2000}
           spellcheck={false}
           onInput={(event) => onChange(event.currentTarget.value)}
         />
       ) : (
-        <select {...input(path, problem)} value={value} onChange={(event) => onChange(event.currentTarget.value)}>
-          <option value="">{given === "" ? "chosen by the run" : `default: ${clip(plain(given), 80)}`}</option>
+        <select {...input(field, problem)} value={value} onChange={(event) => onChange(event.currentTarget.value)}>
+          <option value="">{given === "" ? (parameter.required ? "choose…" : "chosen by the run") : `default: ${clip(plain(given), 80)}`}</option>
           {options.map((option) => (
             <option key={option} value={option}>
               {clip(plain(option), 80)}
@@ -196,12 +200,11 @@ function ParameterField({ parameter, value, problem, onChange }: ParameterProps)
   );
 }
 
-function rangeOf({ minimum, maximum, unit }: Parameter): string {
-  const [least, most] = [minimum ?? null, maximum ?? null];
-  if (least === null && most === null) return "";
-  const size = unit ? ` ${unit}` : "";
-  if (least === null) return `At most ${most}${size}.`;
-  return most === null ? `At least ${least}${size}.` : `From ${least} to ${most}${size}.`;
+function rangeOf({ minimum = "", maximum = "" }: Parameter): string {
+  if (minimum === "" && maximum === "") return "";
+  const [least, most] = [clip(plain(minimum), 60), clip(plain(maximum), 60)];
+  if (minimum === "") return `At most ${most}.`;
+  return maximum === "" ? `At least ${least}.` : `From ${least} to ${most}.`;
 }
 
 /** Put the focus on the first field with an error; false if none of them is in the form. */

@@ -3,7 +3,8 @@
 export interface Entry {
   file: string;
   name: string;
-  doc?: string;
+  /** Comment above the scenario. */
+  title?: string;
   line?: number;
   problem?: string;
 }
@@ -16,14 +17,22 @@ export interface Parameter {
   default?: string;
   doc?: string;
   choices?: string[];
-  minimum?: number | string | null;
-  maximum?: number | string | null;
+  /** Bounds, as expressions; empty without one. */
+  minimum?: string;
+  maximum?: string;
+  required?: boolean;
 }
 
 export interface ScenarioForm {
   parameters: Parameter[];
   needsSimulator: boolean;
+  /** Simulators that its file names; empty for any. */
+  simulators?: string[];
   robots: string[];
+  /** Settings of its file. */
+  world?: string;
+  seed?: number | null;
+  timeout?: number | null;
   problem?: string;
 }
 
@@ -41,11 +50,19 @@ export interface Settings {
 /** Check the settings; returns errors by field. */
 export function problemsOf(settings: Settings, form: ScenarioForm): { [field: string]: string } {
   const found: { [field: string]: string } = {};
+  for (const { path, required } of form.parameters) {
+    if (required && !settings.set[path]?.trim()) found[fieldOf(path)] = "a value is needed: there is no default";
+  }
   if (form.needsSimulator && settings.simulator === "") found["simulator"] = "the scenario needs a simulator";
   if (settings.seed !== "" && !/^\d{1,15}$/.test(settings.seed)) found["seed"] = "expected a whole number, such as 7";
   if (!isNumber(settings.rate) && !["", "max"].includes(settings.rate)) found["rate"] = "expected a number above 0, or max";
   if (!isNumber(settings.timeout) && settings.timeout !== "") found["timeout"] = "expected a number of seconds above 0";
   return found;
+}
+
+/** Field of a parameter, as the server names it. */
+export function fieldOf(path: string): string {
+  return `set.${path}`;
 }
 
 function isNumber(text: string): boolean {
@@ -54,7 +71,8 @@ function isNumber(text: string): boolean {
 
 /** Body of the request, without what was left empty. */
 export function bodyOf(file: string, scenario: string, settings: Settings): object {
-  const { seed, rate, timeout, set, ...texts } = settings;
+  const { seed, timeout, set, ...others } = settings;
+  const { rate, ...texts } = others.simulator === "" ? { ...others, rate: "", world: "" } : others;
   const filled = Object.entries(texts).filter(([, value]) => value !== "");
   return {
     ...{ file, scenario, set: Object.fromEntries(Object.entries(set).filter(([, value]) => value.trim() !== "")) },
