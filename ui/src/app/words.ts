@@ -49,6 +49,11 @@ export function rest(time: number): string {
   return duration(Math.round(time));
 }
 
+/** Name of a campaign: its title, of which paths are shortened to the file. */
+export function titleOf({ title }: { title: string }): string {
+  return title.split("/").at(-1) || title;
+}
+
 /** Name of a run: that of its scenario, else of its file. */
 export function nameOf({ scenario, file }: { scenario: string; file: string }): string {
   return scenario || file.split("/").at(-1) || "run";

@@ -10,8 +10,6 @@ import { inflate } from "./unpack";
 export class ServedRun {
   /** The run; null until its first frame. A new one replaces it if the connection was lost. */
   readonly model = new Cell<RunModel | null>(null);
-  /** Number of records that the live views left out. */
-  readonly skipped = new Cell(0);
   readonly socket: LiveSocket;
 
   constructor(readonly id: string) {
@@ -22,7 +20,6 @@ export class ServedRun {
       const frame = decodeFrame(data);
       if (this.model.value === null || frame.meta.first) this.model.value = new RunModel(frame, source, true);
       else this.model.value.append(frame);
-      this.skipped.value += frame.meta.skipped ?? 0;
     });
   }
 

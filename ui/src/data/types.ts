@@ -184,6 +184,4 @@ export interface Meta {
   status?: string;
   /** Whether a frame has everything so far. */
   first?: boolean;
-  /** Number of records since the frame before that the views leave out. */
-  skipped?: number;
 }

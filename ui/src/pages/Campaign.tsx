@@ -5,7 +5,7 @@ import { useTitle } from "../app/hooks";
 import { Link, runPath } from "../app/router";
 import { StatusBadge } from "../app/Status";
 import type { CampaignFailure, CampaignState } from "../app/types";
-import { clock, rest } from "../app/words";
+import { clock, rest, titleOf } from "../app/words";
 import { LiveSocket } from "../net/socket";
 import { Cell, useCell } from "../state";
 import { clip, digits, plain, plural, shortPlace, shown, whole } from "../text";
@@ -19,7 +19,7 @@ export function Campaign({ id }: { id: string }) {
   useEffect(() => () => socket.close(), [socket]);
   const campaign = useCell(state);
   const refusal = useCell(socket.refusal);
-  useTitle(campaign ? clip(plain(campaign.title), 200) : "Campaign");
+  useTitle(campaign ? clip(plain(titleOf(campaign)), 200) : "Campaign");
   return (
     <>
       <div class="run-bar">
@@ -53,7 +53,7 @@ function Shown({ campaign }: { campaign: CampaignState }) {
         <div class="headline">
           <StatusBadge status={campaign.status ?? ""} />
           <h1>
-            <bdi>{clip(plain(campaign.title), 200)}</bdi>
+            <bdi title={plain(campaign.title)}>{clip(plain(titleOf(campaign)), 200)}</bdi>
           </h1>
         </div>
         {campaign.problem && <Problem error={new Error(plain(campaign.problem))} />}

@@ -4,7 +4,7 @@ import { useAnswer, useNow, useTitle } from "../app/hooks";
 import { campaignPath, Link } from "../app/router";
 import { StatusBadge } from "../app/Status";
 import type { Campaign } from "../app/types";
-import { clock } from "../app/words";
+import { clock, titleOf } from "../app/words";
 import { get } from "../net/api";
 import { clip, plain, plural, whole } from "../text";
 
@@ -55,7 +55,7 @@ function Entry({ campaign }: { campaign: Campaign }) {
     <li>
       <div>
         <Link href={campaignPath(campaign.id)}>
-          <bdi>{clip(plain(campaign.title), 160)}</bdi>
+          <bdi>{clip(plain(titleOf(campaign)), 160)}</bdi>
         </Link>{" "}
         <span class="muted">
           <bdi>{clip(plain(campaign.folder ?? ""), 200)}</bdi>

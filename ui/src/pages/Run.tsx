@@ -11,7 +11,7 @@ import type { RunModel } from "../data/model";
 import { ServedRun } from "../data/served";
 import { post } from "../net/api";
 import { PageState, useCell } from "../state";
-import { clip, plain, whole } from "../text";
+import { clip, plain } from "../text";
 import { RunViews } from "../views/RunViews";
 import { Verdict } from "../views/Verdict";
 import { DebugPanel } from "../debug/DebugPanel";
@@ -118,7 +118,6 @@ function Following({ run, served }: { run: RunModel; served: ServedRun }) {
   const isDebugged = useCell(debugSession.run) === served.id;
   const state = useMemo(() => stateOf(run, isDebugged), []);
   const revision = useCell(run.revision);
-  const skipped = useCell(served.skipped);
   useEffect(() => {
     if (state.isFollowing.value) state.time.value = run.end;
     if (!run.isActive) state.isFollowing.value = false;
@@ -127,11 +126,6 @@ function Following({ run, served }: { run: RunModel; served: ServedRun }) {
   return (
     <>
       <Verdict run={run} state={state} />
-      {skipped > 0 && (
-        <p class="notes" role="status">
-          {whole(skipped)} records were left out of this picture, since the page was too slow. The stored trace has them all.
-        </p>
-      )}
       {isDebugged && <DebugPanel state={state} />}
       <RunViews run={run} state={state} />
       <Cameras id={served.id} isActive={run.isActive} />

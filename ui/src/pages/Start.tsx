@@ -86,7 +86,7 @@ function ScenarioList({ entries, chosen, onChoose }: { entries: Entry[]; chosen:
                 <bdi>{clip(plain(entry.file.split("/").slice(-3).join("/")), 200)}</bdi>
                 {entry.line ? `:${entry.line}` : ""}
               </span>
-              {entry.title && <span>{clip(plain(entry.title), 240)}</span>}
+              {entry.doc && <span>{clip(plain(entry.doc), 240)}</span>}
               {entry.problem && (
                 <span class="failed">
                   <span aria-hidden="true">✗ </span>
@@ -119,6 +119,6 @@ function Chosen({ entry, shared }: { entry: Entry; shared: Shared }) {
 }
 
 function matches(entry: Entry, search: string): boolean {
-  const text = `${entry.name}\n${entry.file}\n${entry.title ?? ""}`.toLowerCase();
+  const text = `${entry.name}\n${entry.file}\n${entry.doc ?? ""}`.toLowerCase();
   return search.toLowerCase().split(/\s+/).every((word) => text.includes(word));
 }

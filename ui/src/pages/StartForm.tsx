@@ -6,8 +6,8 @@ import { navigate, runPath } from "../app/router";
 import type { Shared } from "../app/stores";
 import { debugSession } from "../debug/session";
 import { post, RequestFailed } from "../net/api";
-import { clip, plain } from "../text";
-import { bodyOf, type Entry, fieldOf, type Parameter, problemsOf, type ScenarioForm, type Settings } from "./start_data";
+import { clip, digits, plain } from "../text";
+import { bodyOf, type Entry, fieldNamed, fieldOf, type Parameter, problemsOf, type ScenarioForm, type Settings } from "./start_data";
 
 interface Props {
   entry: Entry;
@@ -19,12 +19,13 @@ export function StartForm({ entry, form, shared }: Props) {
   const executors = shared.site.places.filter((place) => place.kind === "executor");
   const simulators = shared.site.simulators.filter((name) => !form.simulators?.length || form.simulators.includes(name));
   const [settings, setSettings] = useState<Settings>({
-    ...{ place: executors[0]?.name ?? "", world: "", rate: "1", seed: "", timeout: "", set: {} },
-    simulator: form.needsSimulator ? (simulators[0] ?? "") : "",
+    ...{ place: executors[0]?.name ?? "", world: "", rate: "", seed: "", timeout: "", set: {} },
+    simulator: form.needsSimulator && !form.simulators?.length ? (simulators[0] ?? "") : "",
   });
   const [problems, setProblems] = useState<{ [field: string]: string }>({});
   const [failure, setFailure] = useState<unknown>(null);
   const [isBusy, setIsBusy] = useState(false);
+  const hasSimulator = settings.simulator !== "" || Boolean(form.simulators?.length);
   const change = (part: Partial<Settings>) => setSettings({ ...settings, ...part });
   const begin = async (isDebugged: boolean) => {
     const found = problemsOf(settings, form);
@@ -39,7 +40,7 @@ export function StartForm({ entry, form, shared }: Props) {
     } catch (error) {
       setIsBusy(false);
       if (error instanceof RequestFailed && error.field !== "") {
-        const fields = { [error.field]: [error.message, error.help].filter(Boolean).join(": ") };
+        const fields = { [fieldNamed(error.field, form)]: [error.message, error.help].filter(Boolean).join(": ") };
         setProblems(fields);
         if (!focusFirst(fields)) setFailure(error);
       } else setFailure(error);
@@ -65,7 +66,7 @@ export function StartForm({ entry, form, shared }: Props) {
         void begin(false);
       }}
     >
-      {entry.title && <p>{clip(plain(entry.title), 1000)}</p>}
+      {entry.doc && <p>{clip(plain(entry.doc), 1000)}</p>}
       <fieldset>
         <legend>Parameters</legend>
         {form.parameters.length === 0 && <p class="muted">The scenario has no parameters.</p>}
@@ -96,14 +97,14 @@ export function StartForm({ entry, form, shared }: Props) {
             value={settings.simulator}
             onChange={(event) => change({ simulator: event.currentTarget.value })}
           >
-            <option value="">none: virtual clock</option>
+            <option value="">{form.simulators?.length ? `default: ${form.simulators[0]}` : "none: real clock"}</option>
             {simulators.map((name) => (
               <option key={name}>{name}</option>
             ))}
           </select>
         </Field>
-        {settings.simulator !== "" && text("world", "World", "Name or file.", form.world)}
-        {settings.simulator !== "" && text("rate", "Rate", "1 is real time; max is as fast as possible.", "max")}
+        {hasSimulator && text("world", "World", "Name or file.", form.world)}
+        {hasSimulator && text("rate", "Rate", "1 is real time; max is as fast as possible.", "1")}
         {text("seed", "Seed", "The same seed repeats a run.", String(form.seed ?? "at random"))}
         {text("timeout", "Time limit [s]", "", String(form.timeout ?? "none"))}
       </fieldset>
@@ -200,11 +201,12 @@ function ParameterField({ parameter, value, problem, onChange }: ParameterProps)
   );
 }
 
-function rangeOf({ minimum = "", maximum = "" }: Parameter): string {
-  if (minimum === "" && maximum === "") return "";
-  const [least, most] = [clip(plain(minimum), 60), clip(plain(maximum), 60)];
-  if (minimum === "") return `At most ${most}.`;
-  return maximum === "" ? `At least ${least}.` : `From ${least} to ${most}.`;
+function rangeOf({ minimum, maximum, unit }: Parameter): string {
+  const size = unit ? ` ${clip(plain(unit), 30)}` : "";
+  const [least, most] = [minimum, maximum].map((bound) => (typeof bound === "number" ? digits(bound, 6) : ""));
+  if (!least && !most) return "";
+  if (!least) return `At most ${most}${size}.`;
+  return most ? `From ${least} to ${most}${size}.` : `At least ${least}${size}.`;
 }
 
 /** Put the focus on the first field with an error; false if none of them is in the form. */

@@ -4,7 +4,7 @@ export interface Entry {
   file: string;
   name: string;
   /** Comment above the scenario. */
-  title?: string;
+  doc?: string;
   line?: number;
   problem?: string;
 }
@@ -16,10 +16,10 @@ export interface Parameter {
   /** Expression of the language; empty without one. */
   default?: string;
   doc?: string;
-  choices?: string[];
-  /** Bounds, as expressions; empty without one. */
-  minimum?: string;
-  maximum?: string;
+  choices?: string[] | null;
+  /** Bounds in the unit; null without one. */
+  minimum?: number | null;
+  maximum?: number | null;
   required?: boolean;
 }
 
@@ -53,16 +53,20 @@ export function problemsOf(settings: Settings, form: ScenarioForm): { [field: st
   for (const { path, required } of form.parameters) {
     if (required && !settings.set[path]?.trim()) found[fieldOf(path)] = "a value is needed: there is no default";
   }
-  if (form.needsSimulator && settings.simulator === "") found["simulator"] = "the scenario needs a simulator";
   if (settings.seed !== "" && !/^\d{1,15}$/.test(settings.seed)) found["seed"] = "expected a whole number, such as 7";
   if (!isNumber(settings.rate) && !["", "max"].includes(settings.rate)) found["rate"] = "expected a number above 0, or max";
   if (!isNumber(settings.timeout) && settings.timeout !== "") found["timeout"] = "expected a number of seconds above 0";
   return found;
 }
 
-/** Field of a parameter, as the server names it. */
+/** Field of a parameter in the form; those of the settings have their names. */
 export function fieldOf(path: string): string {
   return `set.${path}`;
+}
+
+/** Field that the server names: the path of a parameter, or the name of a setting. */
+export function fieldNamed(name: string, form: ScenarioForm): string {
+  return form.parameters.some(({ path }) => path === name) ? fieldOf(name) : name;
 }
 
 function isNumber(text: string): boolean {
@@ -72,7 +76,7 @@ function isNumber(text: string): boolean {
 /** Body of the request, without what was left empty. */
 export function bodyOf(file: string, scenario: string, settings: Settings): object {
   const { seed, timeout, set, ...others } = settings;
-  const { rate, ...texts } = others.simulator === "" ? { ...others, rate: "", world: "" } : others;
+  const { rate, ...texts } = others;
   const filled = Object.entries(texts).filter(([, value]) => value !== "");
   return {
     ...{ file, scenario, set: Object.fromEntries(Object.entries(set).filter(([, value]) => value.trim() !== "")) },

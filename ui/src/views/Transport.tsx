@@ -34,7 +34,7 @@ export function Transport({ run, state }: ViewProps) {
         value={Math.round((time / end) * STEPS)}
         onInput={(event) => set((Number(event.currentTarget.value) / STEPS) * end)}
       />
-      <TimeField time={time} set={set} />
+      <TimeField time={time} set={set} hold={() => follow(run, state, false)} />
       {run.isActive && (
         <button type="button" class="follow" aria-pressed={isFollowing} onClick={() => follow(run, state, !isFollowing)}>
           {isFollowing ? "● Live" : "○ Go live"}
@@ -54,7 +54,14 @@ export function Transport({ run, state }: ViewProps) {
   );
 }
 
-function TimeField({ time, set }: { time: number; set: (value: number) => void }) {
+interface TimeProps {
+  time: number;
+  set: (value: number) => void;
+  /** Let the time stand still while it is edited. */
+  hold: () => void;
+}
+
+function TimeField({ time, set, hold }: TimeProps) {
   const [text, setText] = useState<string | null>(null);
   useEffect(() => setText(null), [time]);
   const commit = () => {
@@ -68,7 +75,10 @@ function TimeField({ time, set }: { time: number; set: (value: number) => void }
         inputMode="decimal"
         aria-label="Time in seconds"
         value={text ?? time.toFixed(3)}
-        onInput={(event) => setText(event.currentTarget.value)}
+        onInput={(event) => {
+          hold();
+          setText(event.currentTarget.value);
+        }}
         onBlur={() => text !== null && commit()}
         onKeyDown={(event) => event.key === "Enter" && commit()}
       />{" "}
