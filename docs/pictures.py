@@ -67,6 +67,31 @@ def report(folder: Path) -> Path:
     return path
 
 
+def pages(folder: Path) -> Path:
+    """Return a picture of the page of the obstacle scenario in `seoro ui`."""
+    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - for this picture only
+
+    run(folder, "scenarios/navigation/obstacle.osc", "maze")
+    path = folder / "ui.png"
+    command = (SEORO, "ui", str(folder), "--port", "0")
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as site, sync_playwright() as playwright:
+        try:
+            assert site.stdout is not None
+            url = next(line.strip() for line in site.stdout if "token=" in line)
+            chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+            page = chromium.new_page(viewport={"width": 1280, "height": 900}, color_scheme="light")
+            page.goto(url)
+            page.get_by_role("link", name="example_simulation").click()
+            page.get_by_label("Time in seconds").fill("18")
+            page.get_by_label("Time in seconds").press("Enter")
+            page.wait_for_timeout(1000)  # the map is drawn
+            page.screenshot(path=path)
+            chromium.close()
+        finally:
+            site.terminate()
+    return path
+
+
 def snapshot(folder: Path) -> Path:
     """Return the first picture of the camera scenario."""
     run(folder, "scenarios/cameras/snapshots.osc", "empty")
@@ -98,6 +123,7 @@ PICTURES: Final[Mapping[str, Callable[[Path], Path]]] = {
     "two_robots": plot("scenarios/experiments/two_robots.osc", "hall"),
     "workshop": plot("examples/workshop/deliver.osc", "examples/workshop/workshop.yaml"),
     "report": report,
+    "ui": pages,
     "snapshot": snapshot,
     "pick_and_place": pick_and_place,
     "localisation": localisation,

@@ -228,3 +228,26 @@ async def test_axe_finds_no_violations(chromium: Browser, site: Served, scheme: 
         await page.get_by_role("button", name="Lease tb2").click()
         assert await violations_of(page) == []
         assert found.problems == []
+
+
+async def test_a_debugged_run_is_stepped_and_stops_at_a_breakpoint(chromium: Browser, site: Served) -> None:
+    async with opened(chromium, site.access) as found:
+        page = found.page
+        await found.go("/start")
+        await choose_scenario(page, "first")
+        await page.get_by_label("goal.x").fill("1m")
+        await page.get_by_label("pause").fill("0.2s")
+        await page.get_by_role("button", name="Debug").click()
+        panel = page.get_by_role("region", name="Debugger")
+        await panel.get_by_text("Paused at the start").wait_for()
+        line = FORM.splitlines().index('        log("done")') + 1
+        await page.locator(".marks", has_text=str(line)).click()
+        await panel.get_by_label(f"Condition of the breakpoint in line {line}").wait_for()
+        await panel.get_by_role("button", name="Continue").click()
+        await panel.get_by_text("Paused at a breakpoint, 0.200 s").wait_for()
+        await panel.locator(".variables li", has_text="shade").wait_for()
+        assert "first" in await panel.locator(".branches").inner_text()
+        await panel.get_by_role("button", name="Step over").click()
+        await page.locator(".badge", has_text="Passed").wait_for()
+        await panel.get_by_text("The run has ended.").wait_for()
+        assert found.problems == []
