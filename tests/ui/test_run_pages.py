@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import re
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -136,6 +137,32 @@ async def test_hostile_names_show_as_text_on_narrow_pages(chromium: Browser, ser
         assert HOSTILE in await page.locator("h1").inner_text()
         assert await page.title() != "owned"
         assert await page.locator("#app img, #app script").count() == 0
+        assert found.problems == []
+
+
+@pytest.mark.parametrize("width", [1280, 360])
+async def test_of_thousands_of_runs_the_visible_ones_are_in_the_page(
+    chromium: Browser, served: Served, width: int
+) -> None:
+    async with opened(chromium, served.access, width=width) as found:
+        page = found.page
+
+        def send_many(socket: WebSocketRoute) -> None:
+            run = {"place": "here", "kind": "folder", "file": "a.osc", "status": "passed", "reason": "", "by": ""}
+            times = {"started": 1.0, "ended": 2.0, "robots": [], "waits": "", "position": None, "mayStop": False}
+            runs = [
+                {**run, **times, "id": f"r{number}", "scenario": f"run_{number}", "submitted": 10_000.0 - number}
+                for number in range(5_000)
+            ]
+            socket.send(json.dumps({"runs": runs}))
+
+        await page.route_web_socket("**/api/runs", send_many)
+        await page.reload()
+        await page.get_by_role("link", name="run_0", exact=True).wait_for()
+        assert await page.locator("[data-row]").count() < 60
+        await page.locator(".run-box").evaluate("box => { box.scrollTop = box.scrollHeight }")
+        await page.get_by_role("link", name="run_4999", exact=True).wait_for()
+        assert await page.locator("[data-row]").count() < 60
         assert found.problems == []
 
 
