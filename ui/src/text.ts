@@ -16,6 +16,11 @@ export function clip(text: string, most: number): string {
   return text.length <= most ? text : `${text.slice(0, most - 1)}…`;
 }
 
+/** Format a number with digits after the point; zero has no sign. */
+export function fixed(value: number, places: number): string {
+  return value.toFixed(places).replace(/^-(?=[0.]*$)/, "");
+}
+
 /** Format a time of the run with milliseconds. */
 export function seconds(time: number): string {
   return `${time.toFixed(3)} s`;

@@ -6,7 +6,7 @@ import { onThemeChange, prepare, theme } from "../draw/theme";
 import { drawEntity, drawStill, drawWay, extentOf, fit, mapPicture, screen, type View } from "../draw/world";
 import { hasSpace } from "../space/loading";
 import { useCell } from "../state";
-import { clip, plain, plural } from "../text";
+import { clip, fixed, plain, plural } from "../text";
 import type { ViewProps } from "./RunViews";
 import { Space, type SpaceControl } from "./Space";
 
@@ -208,10 +208,10 @@ function Poses({ run, state }: { run: RunModel; state: ViewProps["state"] }) {
                   <td colSpan={4}>not there yet</td>
                 ) : (
                   <>
-                    <td>{pose.x.toFixed(2)}</td>
-                    <td>{pose.y.toFixed(2)}</td>
-                    <td>{((pose.yaw * 180) / Math.PI).toFixed(0)}</td>
-                    <td>{pose.speed.toFixed(2)}</td>
+                    <td>{fixed(pose.x, 2)}</td>
+                    <td>{fixed(pose.y, 2)}</td>
+                    <td>{fixed((pose.yaw * 180) / Math.PI, 0)}</td>
+                    <td>{fixed(pose.speed, 2)}</td>
                   </>
                 )}
               </tr>
