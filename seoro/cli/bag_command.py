@@ -1,4 +1,4 @@
-"""`seoro bag`: show or repair a ROS 2 bag."""
+"""`seoro bag`: show, repair or convert a ROS 2 bag."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seoro.cli.arguments import add_option
+from seoro.cli.files import write_errors
 from seoro.cli.packages import ROS2, require
 from seoro.cli.tables import table
+from seoro.files.replacing import replacing
 
 if TYPE_CHECKING:
     from seoro.bridges.ros2.recording import Bag, BagTopic
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 EXAMPLES = """examples:
   seoro bag out/rosbag2_2026_05_31-16_04_05
   seoro bag drive.mcap --json
+  seoro bag field/drive --trace drive.jsonl    # then show it as a page: `seoro report drive.jsonl`
   seoro bag out/drive --repair    # after its recorder was killed: write its index and metadata.yaml
 
 exit status: 0, also for a truncated bag; 2 if the bag is missing or invalid"""
@@ -29,6 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("bag", metavar="BAG", type=Path, help="rosbag2 folder, or file (.mcap or .db3)")
     add_option(parser, "--repair", "complete truncated MCAP files")
+    add_option(
+        parser, "--trace FILE", "write a trace of its frames, scans, map, plans and logs, for `seoro report`"
+    )
     add_option(parser, "--json", "print JSON")
 
 
@@ -38,10 +44,32 @@ def run(options: argparse.Namespace) -> None:
     from seoro.bridges.ros2.recording import open_bag, repair_bag  # noqa: PLC0415 - slow to load, and optional
 
     bag = repair_bag(options.bag) if options.repair else open_bag(options.bag)
-    if options.json:
+    if options.trace is not None:
+        _write_trace(bag, options.trace)
+    elif options.json:
         print(json.dumps(_summary(bag), indent=2, ensure_ascii=False))
     else:
         show_bag(bag)
+
+
+def _write_trace(bag: Bag, path: Path) -> None:
+    """Write the trace of a bag.
+
+    Raises:
+        UsageError: The file cannot be written, or a message of the bag is invalid.
+    """
+    from seoro.bridges.ros2.recording.bag_trace import records_of  # noqa: PLC0415 - slow to load, and optional
+
+    count = 0
+    with (
+        write_errors(path),
+        replacing(path) as partial,
+        partial.open("w", encoding="utf-8", newline="\n") as file,
+    ):
+        for record in records_of(bag):
+            file.write(json.dumps(record) + "\n")
+            count += 1
+    print(f"wrote {path}: {count:,} records")
 
 
 def show_bag(bag: Bag) -> None:

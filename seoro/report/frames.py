@@ -102,7 +102,9 @@ def _single(reading: Reading, results: Results) -> Mapping[str, Any]:
 
 def _notes(reading: Reading) -> Iterator[str]:
     """Yield sentences about what the page cannot show."""
-    if reading.end is None and reading.is_finished:
+    if reading.start is not None and "bag" in reading.start:
+        yield "The trace was made from a bag. It has no verdict."
+    elif reading.end is None and reading.is_finished:
         cut = " Its last line is incomplete." if reading.is_cut else ""
         yield f"The trace has no end: the run was killed, or is still active.{cut}"
     if reading.start is None and reading.count:
