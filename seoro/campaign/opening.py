@@ -20,7 +20,7 @@ from seoro.campaign.planner import Planner
 from seoro.campaign.runs import Row
 from seoro.campaign.space.defaults import find_defaults
 from seoro.campaign.space.feasible import Feasibility
-from seoro.campaign.space.finding import find_axes
+from seoro.campaign.space.finding import check_varied, find_axes
 from seoro.campaign.space.space import Space
 from seoro.campaign.space.world_axes import check_world_axes, world_axis
 from seoro.campaign.stopping.grammar import parse_rule
@@ -112,6 +112,7 @@ def space_of(scenario: Scenario, options: Options, varied: Sequence[str] = ()) -
         InvalidScenario, UsageError: The scenario is unknown, or an option is invalid.
     """
     check_options(options)
+    check_varied(varied)
     entry = scenario.entry(options.name).name
     given, of_world = split_world(split_selectors(options.overrides)[0])  # robots do not vary
     if options.parameters is not None:

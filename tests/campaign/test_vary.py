@@ -58,6 +58,8 @@ def test_an_option_narrows_a_range_of_the_scenario() -> None:
         ("--vary=last.volum in [1.0..2.0]", "did you mean `volume`?"),
         ("--vary=lost.volume in [1.0..2.0]", "did you mean `last`?"),
         ("--vary=robot.volume in [1.0..2.0]", "the invocations are `greet` and `last`"),
+        ("--vary=pace", "missing values for `pace`, which shall vary"),
+        ("--vary=last.volume", "write `last.volume in [LOW..HIGH]`"),
         ("--vary=pace > 2mps", "`pace > 2mps` makes no parameter vary"),
         ("--vary=greet.volume in [1.0, 2.0]", "the scenario has an argument for it, `2.0`"),
         ("--vary=world?wall_height in [1, 2]", "`world?wall_height` needs the name or the file of a world"),

@@ -6,9 +6,11 @@ with bounds. Parameters with given values are not varied.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from itertools import compress
+from typing import Final
 
 from seoro.campaign.space.axes import Axis, Choices, Interval
 from seoro.errors import UsageError
@@ -21,6 +23,23 @@ from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Composed
 from seoro.runtime.values.environment import Environment, EvaluationError
 from seoro.runtime.values.values import Fields
+
+_NAME: Final = re.compile(r"[\w.?]+")  # of a parameter, or of a key of a world
+
+
+def check_varied(varied: Collection[str]) -> None:
+    """Check that texts are constraints, not only names.
+
+    Raises:
+        UsageError: A text is the name of a parameter.
+    """
+    for text in varied:
+        if _NAME.fullmatch(name := text.strip()):
+            raise UsageError(
+                f"missing values for `{name}`, which shall vary",
+                help=f"write `{name} in [LOW..HIGH]` or `{name} in [A, B]`; parameters with a range in the "
+                "scenario vary without it",
+            )
 
 
 def find_axes(plan: Plan, given: Collection[str], varied: Collection[str] = ()) -> tuple[Axis, ...]:
