@@ -12,6 +12,8 @@ OTHER = "second"
 WORLD = """
 name: pair
 extent: [-5, -5, 5, 5]
+walls:
+  - {points: [[-2, -3], [4.5, -3], [4.5, 3], [-2, 3], [-2, -3]], thickness: 0.2, height: 1.0}
 robots:
   - {name: turtlebot4, robot: turtlebot4}
   - {name: second, robot: turtlebot4, pose: {x: 2.0, y: 0.0, yaw: 3.141592653589793}}
