@@ -74,11 +74,15 @@ async def answer_error(_: Request, error: Exception) -> Response:
     return answer(found.data, found.status)
 
 
-async def read_object(request: Request) -> dict[str, Any]:
+async def read_object(request: Request, *names: str) -> dict[str, Any]:
     """Read the JSON object in the body of a request; an empty body is an empty object.
 
+    Args:
+        request: The request.
+        names: Names of the fields that it may have.
+
     Raises:
-        RequestError: The body is not a JSON object.
+        RequestError: The body is not a JSON object, or has an unknown field.
     """
     body = await request.body()
     if not body:
@@ -89,6 +93,10 @@ async def read_object(request: Request) -> dict[str, Any]:
         found = None
     if not isinstance(found, dict):
         raise RequestError(400, "invalid body of the request", "expected a JSON object")
+    for name in found:
+        if name not in names:
+            expected = f"fields: {', '.join(names)}" if names else "the request has no fields"
+            raise RequestError(400, f"unknown field `{name[:100]}`", expected, field=name)
     return found
 
 

@@ -48,22 +48,22 @@ def routes(site: Site) -> list[BaseRoute]:
         await send_all(socket, _snapshots(watch))
 
     async def stop_all(request: Request) -> Response:
-        reason = text_of(await read_object(request), "reason")
+        reason = text_of(await read_object(request, "reason"), "reason")
         stop = EmergencyStop(control(), watch, site.tasks, site.own_runs)
         return answer({"outcomes": await stop.stop_all(reason)})
 
     async def release(request: Request) -> Response:
-        data = await read_object(request)
+        data = await read_object(request, "reason", "robots")
         reason, robots = text_of(data, "reason"), _robots_in(data)
         if robots:
             return answer_outcomes(await control().release_estop(*robots, reason=reason))
         return answer_outcomes(await control().release_all(reason))
 
     async def stop(request: Request) -> Response:
-        return answer_outcomes(await control().stop(*_robots_in(await read_object(request))))
+        return answer_outcomes(await control().stop(*_robots_in(await read_object(request, "robots"))))
 
     async def lease(request: Request) -> Response:
-        data = await read_object(request)
+        data = await read_object(request, "robots", "seconds", "purpose")
         robots, duration, purpose = _robots_in(data), _duration_in(data), text_of(data, "purpose")
         found = await control().lease(*robots, duration=duration, purpose=purpose)
         watch.read_again()
@@ -71,7 +71,8 @@ def routes(site: Site) -> list[BaseRoute]:
         return answer({"outcomes": outcomes, "lease": found.name, "until": found.until})
 
     async def end_lease(request: Request) -> Response:
-        return answer_outcomes([await control().release(text_of(await read_object(request), "lease"))])
+        lease = text_of(await read_object(request, "lease"), "lease")
+        return answer_outcomes([await control().release(lease)])
 
     posts = {"stop-all": stop_all, "release": release, "stop": stop, "lease": lease, "end-lease": end_lease}
     return [

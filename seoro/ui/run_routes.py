@@ -32,7 +32,7 @@ def routes(site: Site) -> list[BaseRoute]:
 
     async def stop(request: Request) -> Response:
         known = site.runs.get(request.path_params["run"])
-        reason = text_of(await read_object(request), "reason")
+        reason = text_of(await read_object(request, "reason"), "reason")
         if not isinstance(known.source, RemoteRun):
             raise RequestError(
                 409, "this run was started elsewhere", "stop it where it was started, for example with Ctrl-C"

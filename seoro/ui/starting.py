@@ -33,6 +33,7 @@ SET: Final = "set"  # field with the values of parameters; errors of one name it
 _REAL_TIME: Final = 1.0  # rate of simulators, for viewers
 _SEED: Final = 0  # whether values exist does not depend on it
 
+FIELDS: Final = ("place", "file", "scenario", "simulator", "world", "rate", "seed", "timeout", SET)
 T = TypeVar("T")
 
 
@@ -40,7 +41,7 @@ def routes(site: Site) -> list[BaseRoute]:
     """Return the route that starts a run."""
 
     async def start(request: Request) -> Response:
-        run = await start_run(site, await read_object(request))
+        run = await start_run(site, await read_object(request, *FIELDS))
         return answer({"run": run.id})
 
     return [Route("/api/start", start, methods=["POST"])]

@@ -95,6 +95,8 @@ def test_an_emergency_stop_stops_robots_and_runs_until_its_release(
         ("lease", {"robots": []}, "expected names of robots"),
         ("lease", {"robots": "tb2"}, "expected a list of names"),
         ("lease", {"robots": ["tb2"], "seconds": -1}, "invalid `seconds`"),
+        ("lease", {"robots": ["tb2"], "duration": 60}, "unknown field `duration`"),
+        ("end-lease", {"name": "none"}, "unknown field `name`"),
         ("lease", {"robots": ["tb9"]}, "unknown robot 'tb9'"),
         ("stop", {"robots": ["tb9"]}, "unknown robot 'tb9'"),
         ("end-lease", {"lease": "none"}, "unknown lease or leased robot 'none'"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -159,6 +160,7 @@ async def test_a_robot_is_leased_and_stopped_with_confirmation(chromium: Browser
         await page.get_by_label("Minutes").fill("5")
         await page.get_by_role("button", name="Lease", exact=True).click()
         await robot.get_by_text("new <b>wheels</b>").wait_for()
+        await robot.get_by_text(re.compile("for (5 min|4 min [0-9]+ s) more")).wait_for()
         await robot.get_by_role("button", name="End the lease of tb2").click()
         await page.get_by_role("button", name="End the lease", exact=True).click()
         await robot.get_by_text("nobody").wait_for()

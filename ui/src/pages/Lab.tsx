@@ -166,7 +166,7 @@ function WishDialog({ wish, onClose }: { wish: Wish; onClose: () => void }) {
         action="End the lease"
         isDangerous
         onClose={onClose}
-        onConfirm={() => send("end-lease", { name: robot.lease })}
+        onConfirm={() => send("end-lease", { lease: robot.lease })}
       >
         <p>
           It is held by <bdi>{clip(plain(robot.holder || "somebody"), 160)}</bdi>. A run that uses the lease loses the robot.
@@ -184,7 +184,7 @@ function WishDialog({ wish, onClose }: { wish: Wish; onClose: () => void }) {
       onClose={onClose}
       onConfirm={async (purpose) => {
         if (!isValid) throw new Error("expected minutes from 1 to 1440");
-        await post("/api/lab/lease", { robots: [robot.name], duration: 60 * Number(minutes), purpose });
+        await post("/api/lab/lease", { robots: [robot.name], seconds: 60 * Number(minutes), purpose });
       }}
     >
       <p>While it is leased, only runs that name the lease can use it.</p>
