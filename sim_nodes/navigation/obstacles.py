@@ -5,7 +5,8 @@ obstacle, and a missed one does not remove it. Hits next to walls of the map bel
 mean place of their hits, so that distances are more precise than cells.
 
 A touched place is an obstacle that is cleared by many scans through it only: the lidar may not see what the
-bumper touches. It counts also next to walls of the map, which are elsewhere if the localisation is wrong.
+bumper touches. It counts also next to walls of the map, which are elsewhere if the localisation is wrong. Next to
+a seen obstacle it is a part of that, and is cleared with it: other robots drive on.
 
 Layers of robots that have scans in the same tick are updated together; the results are those of each one alone.
 """
@@ -30,6 +31,9 @@ from sim_nodes.stateful import Stateful
 HITS = 3  # net number of scans with a hit that make an obstacle
 MOST = 8  # limit of the count, so that obstacles that leave are cleared in about a second
 TOUCHED = 150  # count of a touched place
+SEEN = (
+    0.2  # [m] from a seen obstacle within which a touched place is a part of it; lidars see parts of robots only
+)
 RANGE = 3.0  # [m] up to which scans are used
 WALL_BAND = 0.15  # [m] from a wall of the map within which hits belong to it
 MARGIN = 0.1  # [m] before a hit that a beam does not clear
@@ -89,13 +93,21 @@ class ObstacleLayer(Stateful):
         cells, firsts = np.unique(columns * grid.rows + rows, return_index=True)
         inside = grid.inside(*places[firsts].T)
         cells, places = cells[inside], places[firsts[inside]]
+        counts = np.where(self._is_near_seen(places), MOST, TOUCHED)
         others = ~np.isin(self._cells, cells)
-        is_new = not np.isin(cells, self._cells[self._is_touched]).all()
+        is_new = not np.isin(cells, self._cells[self._counts >= HITS]).all()
         order = np.argsort(np.concatenate([self._cells[others], cells]), kind="stable")
         self._cells = np.concatenate([self._cells[others], cells])[order]
-        self._counts = np.concatenate([self._counts[others], np.full(len(cells), TOUCHED)])[order]
+        self._counts = np.concatenate([self._counts[others], counts])[order]
         self._places = np.concatenate([self._places[others], places])[order]
         self.changes += is_new
+
+    def _is_near_seen(self, places: Array) -> NDArray[np.bool_]:
+        """Return which places are next to a seen obstacle, shape (n,)."""
+        seen = self._places[(self._counts >= HITS) & ~self._is_touched]
+        apart = np.linalg.norm(places[:, None] - seen[None], axis=2)
+        near: NDArray[np.bool_] = apart.min(axis=1, initial=np.inf) < SEEN
+        return near
 
     @property
     def points(self) -> Array:

@@ -14,7 +14,7 @@ from sim_nodes.navigation.goals import Goal
 from sim_nodes.navigation.maps import NavigationMap, build_map
 from sim_nodes.navigation.margins import further_margin
 from sim_nodes.navigation.navigator import Navigator
-from sim_nodes.navigation.obstacles import TOUCHED, ObstacleLayer
+from sim_nodes.navigation.obstacles import MOST, TOUCHED, ObstacleLayer
 from sim_nodes.navigation.planner import GridPlanner
 from sim_nodes.noise import Noise
 from sim_nodes.physics import Wall
@@ -88,6 +88,17 @@ def test_a_touched_place_is_an_obstacle_until_many_scans_pass_through_it() -> No
         layer.update(HERE, NOTHING)
     assert len(layer.points) == 1
     for _ in range(TOUCHED // 2):
+        layer.update(HERE, NOTHING)
+    assert len(layer.points) == 0
+
+
+def test_a_touched_place_at_a_seen_obstacle_is_cleared_with_it() -> None:
+    layer = ObstacleLayer(open_floor())
+    for _ in range(MOST):
+        layer.update(HERE, thing_ahead(1.0))
+    layer.touch(np.array([(0.9, 0.0)]))
+    assert [0.9, 0.0] in layer.points.tolist()
+    for _ in range(2 * MOST):
         layer.update(HERE, NOTHING)
     assert len(layer.points) == 0
 
