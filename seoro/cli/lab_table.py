@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from seoro.cli.tables import table
+from seoro.lab.status import state_of
 from seoro.text.printable import one_line
 
 if TYPE_CHECKING:
-    from seoro.bridges.wire import ActiveStop, LabState, RobotState
+    from seoro.bridges.wire import ActiveStop, RobotState
     from seoro.lab.status import ListedRobot, Member
 
 _TITLES: Final = ("ROBOT", "TYPE", "AT", "STATE", "BATTERY", "LOCALISED", "SEEN", "BY", "WAITING")
@@ -104,7 +105,7 @@ def _row(name: str, kind: str, member: Member, robot: RobotState) -> tuple[str, 
         name,
         kind or next(iter(robot.kinds), NOTHING),
         f"{robot.name} of {member.node} ({lab.kind})",
-        _state(lab, robot),
+        state_of(lab, robot),
         NOTHING if robot.battery is None else f"{robot.battery:.0%}",
         _localised(robot),
         _seen(robot),
@@ -117,14 +118,6 @@ def _seen(robot: RobotState) -> str:
     if robot.seen is None:
         return NOTHING
     return f"{robot.seen:.1f} s ago" if robot.seen >= NOW else "now"
-
-
-def _state(lab: LabState, robot: RobotState) -> str:
-    if lab.stopped is not None or robot.stopped is not None:
-        return "stopped"
-    if robot.holder:
-        return "in use"
-    return "free" if robot.lease is None else "leased"
 
 
 def _localised(robot: RobotState) -> str:

@@ -61,6 +61,15 @@ class Member:
         return f"{'the executor' if self.is_executor else 'the node'} '{self.node}'"
 
 
+def state_of(lab: wire.LabState, robot: wire.RobotState) -> str:
+    """Return the state of a robot in words: `stopped`, `in use`, `leased` or `free`."""
+    if lab.stopped is not None or robot.stopped is not None:
+        return "stopped"
+    if robot.holder:
+        return "in use"
+    return "free" if robot.lease is None else "leased"
+
+
 @dataclass(frozen=True)
 class ListedRobot:
     """A robot in a lab file.

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from fnmatch import fnmatchcase
 from typing import IO, Any, Final, TypeAlias
 
@@ -181,6 +182,14 @@ class Filter:
     start: float = -math.inf
     end: float = math.inf
     text: re.Pattern[str] | None = None
+
+
+def wall_time(record: Mapping[str, Any]) -> float:
+    """Return the time of the machine of a record [s since the epoch]; that of the run in redacted traces."""
+    try:
+        return datetime.fromisoformat(record["wall"]).timestamp()
+    except (KeyError, TypeError, ValueError):
+        return float(record["t"])
 
 
 def select(records: Iterable[Record], filters: Filter) -> Iterator[Record]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from seoro.lab.status import state_of
+
 if TYPE_CHECKING:
     from seoro.bridges.wire import ActiveStop, LabState, RobotState
     from seoro.lab.status import ListedRobot, Member
@@ -98,7 +100,7 @@ def _robot(name: str, type_: str, lab: LabState, robot: RobotState) -> Mapping[s
         "there": robot.name,
         "type": type_ or next(iter(robot.kinds), ""),
         "real": lab.kind == BRIDGE,
-        "state": _state(lab, robot),
+        "state": state_of(lab, robot),
         "detail": ", ".join(_details(robot)),
         "holder": robot.holder or (lease.purpose if lease is not None else ""),
         "lease": None if lease is None else lease.lease,
@@ -106,14 +108,6 @@ def _robot(name: str, type_: str, lab: LabState, robot: RobotState) -> Mapping[s
         "queue": list(robot.waiting),
         "stopped": _stop_text(robot.stopped) or None,
     }
-
-
-def _state(lab: LabState, robot: RobotState) -> str:
-    if lab.stopped is not None or robot.stopped is not None:
-        return "stopped"
-    if robot.holder:
-        return "in use"
-    return "free" if robot.lease is None else "leased"
 
 
 def _details(robot: RobotState) -> Iterator[str]:

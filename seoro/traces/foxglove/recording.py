@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import datetime
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final
@@ -45,6 +44,7 @@ from seoro.traces.foxglove.scenes import (
     scene_update,
 )
 from seoro.traces.foxglove.values import SECOND, to_pose, to_quaternion, to_timestamp
+from seoro.traces.reader import wall_time
 
 LAYOUT: Final = "foxglove-layout.json"
 FILM: Final = "/video"
@@ -110,7 +110,7 @@ class _Recording:
     def add(self, record: Record) -> None:
         """Write the messages of a record."""
         if self._start is None:  # of a part of a trace, too
-            self._start = round((_wall(record) - record["t"]) * SECOND)
+            self._start = round((wall_time(record) - record["t"]) * SECOND)
         self._trace.log(json.dumps(record).encode(), log_time=self._at(record["t"]))
         time: float = record["time"] if "time" in record else record["t"]
         at = self._at(time)
@@ -171,14 +171,6 @@ class _Recording:
         if topic not in self._scans:
             self._scans[topic] = LaserScanChannel(topic, context=self._context)
         return self._scans[topic]
-
-
-def _wall(record: Record) -> float:
-    """Return the time of the machine of a record [s since the epoch]; that of the run in redacted traces."""
-    try:
-        return datetime.fromisoformat(record["wall"]).timestamp()
-    except (KeyError, TypeError, ValueError):
-        return float(record["t"])
 
 
 def _log(message: str, level: LogLevel | None, record: Record, stamp: Timestamp) -> Log:

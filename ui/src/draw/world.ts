@@ -123,7 +123,7 @@ function drawGrid(context: CanvasRenderingContext2D, view: View, colours: Theme)
 }
 
 /** Whether a shape is part of the ground, which would hide the map. */
-function isFlat(shape: Shape): boolean {
+export function isFlat(shape: Shape): boolean {
   return shape.kind === "box" && (shape.pose[2] ?? 0) + (shape.size[2] ?? 1) / 2 <= 0.02;
 }
 

@@ -28,7 +28,7 @@ import type { RunModel } from "../data/model";
 import type { Track } from "../data/tracks";
 import { after } from "../data/unpack";
 import { type Theme, theme } from "../draw/theme";
-import { extentOf } from "../draw/world";
+import { extentOf, isFlat } from "../draw/world";
 import { bodyOf, entityBody, place } from "./bodies";
 import { labelOf } from "./labels";
 import type { Picture } from "./loading";
@@ -69,7 +69,7 @@ class World3D implements Picture {
     sun.position.set(3, -5, 10);
     this.scene.add(new AmbientLight(0xffffff, 1.6), sun);
     this.addGround(map, colours);
-    this.scene.add(bodyOf((run.meta.scene?.shapes ?? []).filter((shape) => !liesBelow(shape.pose[2] ?? 0, shape.size[2] ?? 1)), colours.wall));
+    this.scene.add(bodyOf((run.meta.scene?.shapes ?? []).filter((shape) => !isFlat(shape)), colours.wall));
     run.tracks.tracks.forEach((track, index) => this.addTrack(track, colours.entities[index % colours.entities.length]!, colours));
     this.hits = new Points(new BufferGeometry(), new PointsMaterial({ color: colours.cursor, size: 4, sizeAttenuation: false }));
     this.hits.frustumCulled = false;
@@ -176,11 +176,6 @@ class World3D implements Picture {
     this.scene.add(body, way, plan);
     this.shown.push({ track, body, way, samples: 0, plan });
   }
-}
-
-/** Whether a shape is part of the ground, which would hide the map. */
-function liesBelow(z: number, height: number): boolean {
-  return z + height / 2 <= ABOVE;
 }
 
 /** Segments of a way: x, y and z of their ends. */

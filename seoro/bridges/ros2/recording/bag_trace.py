@@ -68,6 +68,7 @@ class _BagTrace:
         self._count = 0
         self._frames: dict[str, TransformBuffer] = {}  # by namespace
         self._robots: set[str] = set()
+        self._has_map = False
         self._poses: dict[str, list[float]] = {}
         self._due: dict[str, int] = {}  # times of the next samples, by robot or topic [ns]
         self._notes: list[str] = []
@@ -140,9 +141,9 @@ class _BagTrace:
             yield self._timed("scan", at, fields)
 
     def _map(self, topic: str, message: Any, at: int) -> Iterator[Record]:
-        if topic.rpartition("/")[2] != "map" or TRACE in self._due:
+        if topic.rpartition("/")[2] != "map" or self._has_map:
             return
-        self._due[TRACE] = at  # one map is enough
+        self._has_map = True
         info, origin = message.info, message.info.origin
         yaw = 2.0 * math.atan2(origin.orientation.z, origin.orientation.w)
         cells = bytes(_UNKNOWN if cell < 0 else int(cell) for cell in message.data)

@@ -9,7 +9,6 @@ import re
 import shutil
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +18,7 @@ from seoro.bridges.ros2.recording.mcap_file import McapFile
 from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, write_metadata
 from seoro.bridges.ros2.wire.qos import Durability, Qos
 from seoro.robotics.transform import Transform, rotate
+from seoro.traces.reader import wall_time
 
 Record = Mapping[str, Any]
 Values = dict[str, Any]
@@ -84,7 +84,7 @@ class _TraceBag:
             ValueError: The record is invalid.
         """
         if self._start is None:  # of a part of a trace, too
-            self._start = round((_wall(record) - record["t"]) * _SECOND)
+            self._start = round((wall_time(record) - record["t"]) * _SECOND)
         at = self._start + round(record["t"] * _SECOND)
         self._write("/trace", "std_msgs/msg/String", {"data": json.dumps(record)}, at)
         at = self._start + round(record.get("time", record["t"]) * _SECOND)
@@ -171,14 +171,6 @@ class _TraceBag:
             described = BagTopic(topic, type_, self._types.type_hash(type_), (qos,))
             self._mcap.add_topic(described, self._types.schema(type_))
         self._mcap.add_message(BagMessage(topic, self._types.encode(type_, values), at, at))
-
-
-def _wall(record: Record) -> float:
-    """Return the time of the machine of a record [s since the epoch]; that of the run in redacted traces."""
-    try:
-        return datetime.fromisoformat(record["wall"]).timestamp()
-    except (KeyError, TypeError, ValueError):
-        return float(record["t"])
 
 
 def _name(text: str) -> str:

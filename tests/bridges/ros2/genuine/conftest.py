@@ -89,21 +89,28 @@ async def _lines(process: Process) -> AsyncIterator[str]:
 
 
 @asynccontextmanager
+async def killed_at_end(process: Process) -> AsyncIterator[None]:
+    """Kill a process at the end of the block, unless it has ended."""
+    try:
+        yield
+    finally:
+        with anyio.CancelScope(shield=True):
+            if process.returncode is None:
+                process.kill()
+            await process.aclose()
+
+
+@asynccontextmanager
 async def running(
     command: list[str], begun: str, environment: dict[str, str] | None = None
 ) -> AsyncIterator[Running]:
     """Yield a process that has printed a line with a text; kill it at the end of the block."""
     own = {**os.environ, **(environment or {})}
     process = await anyio.open_process(command, stdin=subprocess.DEVNULL, stderr=subprocess.STDOUT, env=own)
-    try:
+    async with killed_at_end(process):
         started = Running(process, _lines(process))
         await started.printed(begun)
         yield started
-    finally:
-        with anyio.CancelScope(shield=True):
-            if process.returncode is None:
-                process.kill()
-            await process.aclose()
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import RosNode, connect
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.concurrency.background import background
-from tests.bridges.ros2.genuine.conftest import DEADLINE, Ros2
+from tests.bridges.ros2.genuine.conftest import DEADLINE, Ros2, killed_at_end
 
 PROGRAM = Path(__file__).with_name("steered.py")
 
@@ -108,16 +108,10 @@ async def steered(ros2: Ros2, router: str, name: str = "steered", *arguments: st
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment
     )
     node = SteeredNode(process)
-    try:
-        async with background() as tasks:
-            tasks.start_soon(node.read)
-            await node.event("ready")
-            yield node
-    finally:
-        with anyio.CancelScope(shield=True):
-            if process.returncode is None:
-                process.kill()
-            await process.aclose()
+    async with killed_at_end(process), background() as tasks:
+        tasks.start_soon(node.read)
+        await node.event("ready")
+        yield node
 
 
 @asynccontextmanager
@@ -150,8 +144,6 @@ def to_json(value: Any) -> Any:
             return {name: to_json(each) for name, each in value.items()}
         case list() | tuple():
             return [to_json(each) for each in value]
-        case bytes():
-            return list(value)
         case float() if not math.isfinite(value):
             return str(value)
         case _:
