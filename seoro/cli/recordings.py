@@ -12,20 +12,20 @@ from seoro.cli.packages import ROS2, require
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
 from seoro.runtime.execution.outputs import LAYOUT, RECORDING, VIDEO
+from seoro.traces.films import film_stills
 from seoro.traces.foxglove import PACKAGE, is_foxglove_installed
 from seoro.traces.reader import read_trace, valid_records
 
 MAX_TRACE: Final = 64 << 20  # [bytes] of a trace that is converted at the end of its run
 MAX_FILM: Final = 256 << 20  # [bytes] of a film that is included
 _DECODER: Final = "av"
-_BEGIN: Final = 65_536  # [bytes] of a trace in which the scene of its world begins
-_SCENE: Final = b'"kind": "scene"'
+_PLACED: Final = (b'"kind": "scene"', b'"kind": "entity"')  # in traces with poses
 
 
 def recorded(trace: Path) -> list[tuple[Path, str]]:
-    """Write the recording of a run in a simulator beside its trace; return the files with descriptions.
+    """Write the recording of a run with poses beside its trace; return the files with descriptions.
 
-    Nothing is written without the extra, without a scene, and for very long traces.
+    Nothing is written without the extra, without poses, and for very long traces.
 
     Raises:
         UsageError: A file cannot be written.
@@ -33,7 +33,7 @@ def recorded(trace: Path) -> list[tuple[Path, str]]:
     if not (is_foxglove_installed() and trace.is_file() and trace.stat().st_size <= MAX_TRACE):
         return []
     with open_input(trace, Kind.TRACE) as file:
-        if _SCENE not in file.read(_BEGIN):
+        if not any(mark in line for line in file for mark in _PLACED):
             return []
         file.seek(0)
         path, film = trace.with_name(RECORDING), trace.with_name(VIDEO)
@@ -65,21 +65,25 @@ def write(records: Iterable[dict[str, Any]], path: Path, film: Path | None = Non
         raise UsageError(f"cannot write {path}: {error}") from error
 
 
-def write_bag(records: Iterable[dict[str, Any]], folder: Path) -> None:
+def write_bag(records: Iterable[dict[str, Any]], folder: Path, film: Path | None = None) -> None:
     """Write a bag of ROS 2.
 
     Args:
         records: Records of the run.
         folder: Folder of the bag, which must not exist.
+        film: Film of the whole run; None for none.
 
     Raises:
-        UsageError: A package is missing, the folder exists or cannot be written, or a record is invalid.
+        UsageError: A package is missing, the folder exists or cannot be written, or the film or a record is
+            invalid.
     """
     require("a bag", "ros2", *ROS2)
+    if film is not None:
+        require("a film in a bag", "video", _DECODER)
     from seoro.bridges.ros2.recording.trace_bag import write_trace_bag  # noqa: PLC0415 - slow to load, and optional
 
     try:
         with write_errors(folder):
-            write_trace_bag(records, folder)
+            write_trace_bag(records, folder, () if film is None else film_stills(film))
     except ValueError as error:
         raise UsageError(f"cannot write {folder}: {error}") from error

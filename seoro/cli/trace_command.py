@@ -74,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(
         form, "--bag DIR", "write a bag of ROS 2 (rosbag2, MCAP) with poses, scans, map and logs", type=Path
     )
-    add_option(parser, "--video FILE", f"film of the run for the recording of `--mcap`, such as its {VIDEO}")
+    add_option(parser, "--video FILE", f"film of the run for `--mcap` or `--bag`, such as its {VIDEO}")
     add_option(form, "--perfetto OUT.json", "write Chrome trace events for ui.perfetto.dev", type=Path)
     add_option(parser, "--numbers", "print the number of each record")
     add_option(parser, "--json", "print records as JSON Lines, or the summary as one JSON object")
@@ -128,14 +128,14 @@ class _TraceView:
         options = self._options
         if options.json and (given := given_option(options, "perfetto", "mcap", "bag")):
             raise UsageError(f"`--json` contradicts `{given}`", help="leave out one of them")
-        if options.video is not None and options.mcap is None:
-            raise UsageError("`--video` needs `--mcap`", help="name the recording: `--mcap run.mcap`")
+        if options.video is not None and options.mcap is None and options.bag is None:
+            raise UsageError("`--video` needs `--mcap` or `--bag`", help="name the recording: `--mcap run.mcap`")
         if options.perfetto is not None:
             self._convert(options.perfetto)
         elif options.mcap is not None:
             write_recording(self._chosen(), options.mcap, options.video)
         elif options.bag is not None:
-            write_bag(self._chosen(), options.bag)
+            write_bag(self._chosen(), options.bag, options.video)
         elif options.why is not None:
             self._explain(options.why)
         elif options.summary:

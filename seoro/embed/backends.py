@@ -156,7 +156,8 @@ async def open_ros(options: Options) -> AsyncIterator[tuple[RosBackend, ...]]:
     settings = _ros_options(options.ros)
     from seoro.bridges.ros2.backend import open_backend  # noqa: PLC0415 - an extra
 
-    async with open_backend(settings) as system:
+    is_alone = options.simulator is None and options.lab is None
+    async with open_backend(settings, is_alone=is_alone) as system:
         yield (system,)
 
 

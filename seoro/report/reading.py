@@ -87,6 +87,7 @@ class Reading:
         self.event_seqs = integers()
         self._lines = LineReader(from_json)
         self._seq = -1
+        self._has_scene = False
         self._kinds = {name: _Kind(number) for number, name in enumerate(KINDS)}
         handlers: dict[str, Callable[[Record, int], None]] = {
             "behavior.start": self.behaviors.start,
@@ -185,21 +186,37 @@ class Reading:
         self.end = record
 
     def _scene(self, record: Record, seq: int) -> None:
-        if self.scene is None:
-            self.scene = record
+        if not self._has_scene:
+            self._has_scene = True
+            before = [] if self.scene is None else self.scene["entities"]
+            own = record.get("entities")
+            self.scene = {**record, "entities": [*(own if isinstance(own, list) else []), *before]}
 
     def _entity(self, record: Record, seq: int) -> None:
         """Add an entity that was spawned, or the robot of a bridge, which has no scene."""
-        entity, scene = record.get("entity"), self.scene or {}
-        known = scene.get("entities", [])
-        if isinstance(entity, dict) and isinstance(known, list) and len(known) < MOST_ENTITIES:
-            self.scene = {**scene, "entities": [*known, entity]}
+        entity = record.get("entity")
+        if not isinstance(entity, dict):
+            return
+        known = [] if self.scene is None else self.scene["entities"]
+        named = (each for each in known if isinstance(each, dict) and each.get("name") == entity.get("name"))
+        before = next(named, None)
+        if before is not None or len(known) < MOST_ENTITIES:
+            others = [each for each in known if each is not before]
+            self.scene = {**(self.scene or {}), "entities": [*others, _with_frames(entity, before, record)]}
 
     def _event(self, record: Record, seq: int) -> None:
         self.event_times.append(record["t"])
         self.event_names.append(self.strings.number(record["name"]))
         self.event_seqs.append(seq)
         self.series.event(record, seq)
+
+
+def _with_frames(entity: Record, before: Record | None, record: Record) -> Record:
+    """Return an entity with the times [s] from which its poses are in a frame, if that is not always `map`."""
+    earlier = before.get("frames", []) if before is not None else []
+    if "frame" not in entity and not earlier:
+        return entity
+    return {**entity, "frames": [*earlier, [record.get("time", record["t"]), entity.get("frame", "map")]]}
 
 
 def _keep(records: list[Record], record: Record, most: int) -> None:

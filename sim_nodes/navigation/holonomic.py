@@ -15,13 +15,11 @@ from sim_nodes.navigation.braking import STOP_MARGIN, TURN_GAIN
 from sim_nodes.navigation.contracts import ControlInput, Path, Setup, UnsuitableRobot
 from sim_nodes.navigation.following import LARGEST_VIEW, WINDOW, PoseController
 from sim_nodes.navigation.surroundings import Surroundings
-from sim_nodes.robots.kinematics import AT_REST, Velocity
+from sim_nodes.robots.kinematics import Velocity
 
 LOOKAHEAD = 0.2  # [m]
 LEVER = 0.2  # [m] distance that counts as much as a heading off by one radian
-STEP = 0.05  # [s] between the predicted poses of a motion
-GOING_ON = 6  # steps of a motion, three decisions, after which the base must be able to stop
-MOST = 60  # predicted poses
+AHEAD = np.array([0.1, 0.2, 0.3])  # [s] from now on in which a motion must be free: two decisions and braking
 REACHED = (0.004, 0.03)  # [m] and [rad] from the end of a turn, or of the way before one
 
 
@@ -62,34 +60,19 @@ class HolonomicController(PoseController):
         speed = min(speed, 1.0 / max(limit, 1e-9), TURN_GAIN * remaining)
         turn = TURN_GAIN * wrap(float(target[2]) - pose.yaw)
         turn = min(max(turn, -self._turn_rate), self._turn_rate)
-        return self._safe(Velocity(speed * ahead, turn, speed * left), now.velocity, around)
+        return self._safe(Velocity(speed * ahead, turn, speed * left), around)
 
-    def _safe(self, velocity: Velocity, present: Velocity, around: Surroundings) -> Velocity | None:
-        """Return a velocity, or that without turning or moving, after which the base can stop; None without one.
+    def _safe(self, velocity: Velocity, around: Surroundings) -> Velocity | None:
+        """Return a velocity, or that without turning or moving, whose next poses are free; None without one.
 
-        The base turns at another pace than the path, and needs time to change its velocity, so a corner may leave
-        the poses of the path.
+        The base turns at another pace than the path, so a corner may leave the poses of the path.
         """
         v, w, u = velocity
         for motion in (velocity, Velocity(v, 0.0, u), Velocity(0.0, w, 0.0)):
-            poses = self._predict(around.pose, present, motion)
+            poses = _next_poses(around.pose, motion)
             if around.count_free(self._cover, poses) == len(poses):
                 return motion
         return None
-
-    def _predict(self, pose: Pose2, present: Velocity, wanted: Velocity) -> Array:
-        """Return the next poses of a base that goes over to a velocity and then stops, shape (n, 3)."""
-        (x, y, yaw), velocity = pose, present
-        poses: list[Pose2] = []
-        while len(poses) < GOING_ON or (velocity != AT_REST and len(poses) < MOST):
-            v, w, u = velocity  # for a step longer than it is wanted: the wheels follow late
-            velocity = velocity.towards(wanted if len(poses) < GOING_ON else AT_REST, self._drive, STEP)
-            middle = yaw + w * STEP / 2.0
-            x += (math.cos(middle) * v - math.sin(middle) * u) * STEP
-            y += (math.sin(middle) * v + math.cos(middle) * u) * STEP
-            yaw += w * STEP
-            poses.append(Pose2(x, y, yaw))
-        return np.array(poses)
 
     def _advance(self, poses: Array, ways: Indices, pose: Array) -> int:
         """Move on to the nearest pose ahead; returns the end of its piece: a turn, or the way before one."""
@@ -107,3 +90,11 @@ class HolonomicController(PoseController):
 
     def _approach(self, remaining: float) -> float:
         return self._parameters.min_approach_linear_velocity + self._braking.calm_speed(remaining)
+
+
+def _next_poses(pose: Pose2, velocity: Velocity) -> Array:
+    """Return the poses at some times of a constant velocity, by the midpoint rule, shape (n, 3)."""
+    yaw = pose.yaw + velocity.angular * AHEAD / 2.0
+    x = np.cos(yaw) * velocity.linear - np.sin(yaw) * velocity.lateral
+    y = np.sin(yaw) * velocity.linear + np.cos(yaw) * velocity.lateral
+    return np.column_stack([pose.x + x * AHEAD, pose.y + y * AHEAD, pose.yaw + velocity.angular * AHEAD])

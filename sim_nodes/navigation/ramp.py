@@ -20,6 +20,8 @@ class Ramp(Stateful):
 
     def __init__(self, drive: DriveDeclaration) -> None:
         self._drive = drive
+        self._steps = drive.max_acceleration * TICK, drive.max_turn_acceleration * TICK
+        self._limits = drive.max_turn_rate, drive.min_turning_radius
         self.velocity = self.wanted = AT_REST
 
     def stop(self) -> None:
@@ -28,13 +30,18 @@ class Ramp(Stateful):
 
     def follow(self) -> Velocity:
         """Return the velocity from this tick on."""
-        if self.wanted != self.velocity or self._drive.min_turning_radius:
-            limit = self._drive.max_turn_rate
-            wanted = self.wanted._replace(angular=min(max(self.wanted.angular, -limit), limit))
-            self.velocity = self.velocity.towards(wanted, self._drive, TICK)
-        if self._drive.min_turning_radius:
-            linear = self.velocity.linear
+        (dv, dw), (limit, radius) = self._steps, self._limits
+        wanted, (v, w, u) = self.wanted, self.velocity
+        linear = min(max(wanted.linear, v - dv), v + dv)
+        if radius:
             self.velocity = Velocity(linear, linear * self._curvature())
+        elif wanted == self.velocity:
+            self.velocity = wanted
+        else:
+            turn = min(max(wanted.angular, -limit), limit)
+            self.velocity = Velocity(
+                linear, min(max(turn, w - dw), w + dw), min(max(wanted.lateral, u - dv), u + dv)
+            )
         return self.velocity
 
     def _curvature(self) -> float:

@@ -221,7 +221,11 @@ class Steering(Stateful):
         if present == wanted:
             self._velocity = wanted
         else:
-            self._velocity = present.towards(wanted, drive, TICK)
+            self._velocity = Velocity(
+                _towards(present.linear, wanted.linear, drive.max_acceleration * TICK),
+                _towards(present.angular, wanted.angular, drive.max_turn_acceleration * TICK),
+                _towards(present.lateral, wanted.lateral, drive.max_acceleration * TICK),
+            )
         return _possible(drive, self._velocity), None
 
 
@@ -231,6 +235,11 @@ def _possible(drive: DriveDeclaration, velocity: Velocity) -> Velocity:
         return velocity
     most = abs(velocity.linear) / drive.min_turning_radius
     return velocity._replace(angular=min(max(velocity.angular, -most), most))
+
+
+def _towards(present: float, wanted: float, by: float) -> float:
+    """Return the value nearest to `wanted` that differs from `present` by at most `by`."""
+    return min(max(wanted, present - by), present + by)
 
 
 HOUR = 3600.0  # [s]

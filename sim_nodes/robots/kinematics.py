@@ -37,23 +37,6 @@ class Velocity(NamedTuple):
     angular: float
     lateral: float = 0.0
 
-    def towards(self, wanted: Velocity, drive: DriveDeclaration, duration: float) -> Velocity:
-        """Return the velocity nearest to a wanted one that a drive can have after a time [s].
-
-        The radius of turns of cars is not regarded.
-        """
-        by, turn = drive.max_acceleration * duration, drive.max_turn_acceleration * duration
-        return Velocity(
-            _towards(self.linear, wanted.linear, by),
-            _towards(self.angular, wanted.angular, turn),
-            _towards(self.lateral, wanted.lateral, by),
-        )
-
-
-def _towards(present: float, wanted: float, by: float) -> float:
-    """Return the value nearest to `wanted` that differs from `present` by at most `by`."""
-    return min(max(wanted, present - by), present + by)
-
 
 AT_REST = Velocity(0.0, 0.0)
 

@@ -100,6 +100,23 @@ async def test_the_world_is_shown_in_three_dimensions(tmp_path: Path, open_repor
     assert opened.problems == []
 
 
+async def test_poses_by_odometry_say_so(tmp_path: Path, open_report: Open) -> None:
+    found = [record for record in records() if record["kind"] != "scene"]
+    at = next(number for number, each in enumerate(found) if each["kind"] == "poses")
+    robot = {"name": "tb4", "kind": "robot", "real": True, "shapes": []}
+    changes = [(0.0, {**robot, "frame": "odom"}), (2.0, robot)]
+    found[at:at] = [{**found[at], "kind": "entity", "time": time, "entity": entity} for time, entity in changes]
+    write(tmp_path, [{**each, "seq": number} for number, each in enumerate(found)])
+    write_file(str(tmp_path / TRACE), tmp_path, tmp_path / "report.html", space=True)
+    opened = await open_report(tmp_path / "report.html")
+    name = opened.page.locator(".poses tbody th")
+    await opened.set_time(1.5)
+    assert (await name.inner_text()).split() == ["tb4", "real", "by", "odometry"]
+    await opened.set_time(2.5)
+    assert (await name.inner_text()).split() == ["tb4", "real"]
+    assert opened.problems == []
+
+
 async def test_a_report_without_three_dimensions_does_not_offer_them(report: Path, open_report: Open) -> None:
     opened = await open_report(report)
     assert await opened.page.get_by_role("button", name="3D").count() == 0

@@ -70,6 +70,22 @@ def test_links_and_later_entities_are_part_of_the_data() -> None:
     assert [each["name"] for each in data["scene"]["entities"]] == ["tb4", "arm"]
 
 
+def test_the_map_of_a_later_scene_and_changing_frames_are_part_of_the_data() -> None:
+    found = records()
+    at = next(number for number, each in enumerate(found) if each["kind"] == "scene")
+    arm = {"name": "arm", "kind": "robot", "shapes": []}
+    lost, known = ({**found[at], "kind": "entity", "entity": each} for each in ({**arm, "frame": "odom"}, arm))
+    found[at : at + 1] = [{**lost, "time": 0.0}, found[at], {**known, "time": 2.5}]
+    reading = Reading()
+    reading.read(io.BytesIO("\n".join(json.dumps({**each, "seq": n}) for n, each in enumerate(found)).encode()))
+    assert reading.scene is not None
+    assert reading.scene["world"] == "hall"
+    assert {each["name"]: each.get("frames") for each in reading.scene["entities"]} == {
+        "tb4": None,
+        "arm": [[0.0, "odom"], [2.5, "map"]],
+    }
+
+
 def test_hostile_texts_are_escaped() -> None:
     output = io.StringIO()
     found = records(HOSTILE, log=HOSTILE + REVERSED, robot=HOSTILE)

@@ -24,7 +24,7 @@ from sim_nodes.navigation.pursuit import PursuitController
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.robots.drive_declaration import DriveKind
 from sim_nodes.robots.footprint import Footprint
-from sim_nodes.robots.kinematics import AT_REST, Velocity
+from sim_nodes.robots.kinematics import AT_REST
 from sim_nodes.sensors.lidar import Scan
 from sim_nodes.simulation import Simulation
 from sim_nodes.worlds.loader import load_world
@@ -162,14 +162,14 @@ FLOOR = build_map((-3.0, -3.0, 3.0, 3.0), ())
 HERE = Pose2(0.0, 0.0, 0.0)
 
 
-def seeing(x: float, y: float, velocity: Velocity = AT_REST) -> ControlInput:
-    """Return inputs with a thing of 10 cm around a point, for a robot that moves."""
+def seeing(x: float, y: float) -> ControlInput:
+    """Return inputs with a thing of 10 cm around a point."""
     angles = np.linspace(-np.pi, np.pi, 720, endpoint=False)
     off = np.abs(wrap(angles - np.arctan2(y, x)))
     near = off < 0.05 / np.hypot(x, y)
     ranges = np.where(near, np.hypot(x, y), np.inf)
     ends = [np.where(near, np.hypot(x, y) * part, np.inf) for part in (np.cos(angles), np.sin(angles))]
-    return ControlInput(HERE, velocity, Scan(ranges, angles, HERE, *ends), np.zeros((0, 2)), touched=False, tick=0)
+    return ControlInput(HERE, AT_REST, Scan(ranges, angles, HERE, *ends), np.zeros((0, 2)), touched=False, tick=0)
 
 
 TURN = Way(np.zeros((16, 2)), np.linspace(0.0, 1.5, 16))
@@ -193,31 +193,17 @@ def test_the_outline_decides_whether_a_robot_may_move(path: Way, thing: tuple[fl
     assert (controller.follow(path, seeing(*thing), stops=True) is not None) is moves
 
 
-@pytest.mark.parametrize(("thing", "turns"), [((2.0, 0.0), True), ((-0.3, -0.27), False)])
+@pytest.mark.parametrize(("thing", "turns"), [((2.0, 0.0), True), ((-0.3, -0.28), False)])
 def test_an_omnidirectional_robot_does_not_turn_a_corner_into_a_thing(
     thing: tuple[float, float], turns: bool
 ) -> None:
     """It brakes before a thing beside the path, so it would turn faster than it moves on."""
+    mobile = omnidirectional(is_round=False).mobile
+    assert mobile is not None
     ahead = np.linspace(0.0, 1.0, 41)
     path = Way(np.column_stack([ahead, np.zeros(41)]), np.minimum(4.0 * ahead, 1.0))
-    controller = long_platform()
+    controller = HolonomicController(setup_for(FLOOR, LONG_BASE.model_copy(update={"drive": mobile.drive})))
     controller.set_plan(path)
     velocity = controller.follow(path, seeing(*thing), stops=True)
     assert velocity is not None and velocity.linear > 0.05
     assert (velocity.angular > 0.0) is turns
-
-
-@pytest.mark.parametrize(("y", "moves"), [(-0.27, False), (-0.4, True)])
-def test_an_omnidirectional_robot_counts_on_the_way_in_which_it_brakes(y: float, moves: bool) -> None:
-    """It moves sideways, and the path turns ahead beside the thing."""
-    controller = long_platform()
-    controller.set_plan(AHEAD)
-    now = seeing(0.0, y, Velocity(0.0, 0.0, -0.6))
-    assert (controller.follow(AHEAD, now, stops=True) is not None) is moves
-
-
-def long_platform() -> HolonomicController:
-    """Return the controller of a long omnidirectional robot."""
-    mobile = omnidirectional(is_round=False).mobile
-    assert mobile is not None
-    return HolonomicController(setup_for(FLOOR, LONG_BASE.model_copy(update={"drive": mobile.drive})))

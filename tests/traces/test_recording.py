@@ -13,7 +13,7 @@ import pytest
 from seoro.cli.main import main
 from sim_nodes.recording import Encoder
 from tests.full_disk import run_on_full_disk
-from tests.traces.trace_records import CELLS, MAP, POSE, RECORDS, trace
+from tests.traces.trace_records import CELLS, LOST, MAP, POSE, RECORDS, trace
 
 pytest.importorskip("foxglove", reason="the extra `recording` is not installed")
 reader = pytest.importorskip("mcap.reader")
@@ -67,6 +67,17 @@ def test_shapes_are_in_the_frames_of_their_entities(recorded: dict[str, list[tup
         [0.5, 1.5],
     )
     assert (added, ball.entities[0].id, removed, deletion.deletions[0].id) == (0.6, "ball", 0.7, "ball")
+
+
+def test_robots_with_odometry_only_say_so(tmp_path: Path) -> None:
+    assert main(["trace", trace(tmp_path, [RECORDS[0], *LOST]), "--mcap", str(tmp_path / "run.mcap")]) == 0
+    found = messages(tmp_path / "run.mcap")
+    frames = [
+        [(each.parent_frame_id, each.child_frame_id) for each in message.transforms] for _, message in found["/tf"]
+    ]
+    assert frames == [[("map", "tb/odom"), ("tb/odom", "tb")], [("map", "tb")]]
+    texts = [[text.text for text in message.entities[0].texts] for _, message in found["/scene"]]
+    assert texts == [["tb, by odometry"], []]
 
 
 def test_maps_paths_scans_and_logs_are_messages(recorded: dict[str, list[tuple[float, Any]]]) -> None:

@@ -45,6 +45,13 @@ RECORDS: list[dict[str, Any]] = [
     {"kind": "run.end", "t": 2.0, "status": "failed", "reason": "too late", "source": "", "duration": 2.0},
 ]  # fmt: skip
 
+LOST: list[dict[str, Any]] = [  # a robot that is localised after a while
+    {"kind": "entity", "t": 0.0, "time": 0.0, "entity": {"name": "tb", "shapes": [], "frame": "odom"}},
+    {"kind": "poses", "t": 0.0, "time": 0.0, "entities": {"tb": MOVING}},
+    {"kind": "entity", "t": 1.0, "time": 1.0, "entity": {"name": "tb", "shapes": []}},
+    {"kind": "poses", "t": 1.0, "time": 1.0, "entities": {"tb": MOVING}},
+]
+
 
 def trace(folder: Path, records: list[dict[str, Any]]) -> str:
     stamped = [{"seq": at, "wall": f"2026-05-31T10:00:0{at}+00:00", **each} for at, each in enumerate(records)]

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import anyio.to_thread
+from anyio import CancelScope
 from anyio.abc import TaskGroup
 
 from seoro.bridges.ros2.clients.cancellation import cancel_goal
@@ -19,179 +17,20 @@ from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.clock import SharedClock
-from seoro.bridges.ros2.descriptions import decode_message, node_for_service
-from seoro.bridges.ros2.errors import DefinitionMismatch, WrongType
-from seoro.bridges.ros2.graph import RosGraph
-from seoro.bridges.ros2.interfaces import Message, UnknownInterface
+from seoro.bridges.ros2.descriptions import node_for_service
+from seoro.bridges.ros2.endpoints import Frames, RosPublisher, RosSubscription
 from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
 from seoro.bridges.ros2.recording import Playback, Recording, check_storage, open_bag, play, record
-from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
-from seoro.bridges.ros2.tf.listener import TransformListener, listen
-from seoro.bridges.ros2.topics import Publication, ReceivedPayload, Subscription
-from seoro.bridges.ros2.type_matching import check_type
+from seoro.bridges.ros2.tf.listener import listen
+from seoro.bridges.ros2.tracks import RosTracks
 from seoro.bridges.ros2.wire import PRESETS
 from seoro.bridges.session import Outages
 from seoro.concurrency.background import background
 from seoro.runtime.contracts import ros2 as contract
-from seoro.runtime.contracts.backends import EventHandler, LossHandler
+from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
+from seoro.runtime.contracts.tracks import TrackReporter
 
 ROBOT = "robot"  # base type of all robots
-
-
-@dataclass(slots=True)
-class ReceivedMessage:
-    """A received message.
-
-    Args:
-        message: The decoded message.
-        arrived: Time of arrival [s since the epoch].
-    """
-
-    message: Any
-    arrived: float
-
-    @property
-    def members(self) -> Members:
-        """Members of the message."""
-        return Members(self.message)
-
-
-class _UndecodedMessage(NamedTuple):
-    """A message whose type definition is being fetched."""
-
-    received: ReceivedPayload
-    decoding: asyncio.Future[Message]
-
-
-class RosSubscription:
-    """A subscription that ends with an error when a publisher of another type is found.
-
-    Args:
-        subscription: Subscription of the node.
-        node: Subscribing node.
-    """
-
-    def __init__(self, subscription: Subscription, node: RosNode) -> None:
-        self._subscription = subscription
-        self._node = node
-        self._error: WrongType | None = None
-        self._undecoded: _UndecodedMessage | None = None
-
-    def receive_nowait(self) -> ReceivedMessage | None:
-        """Return the oldest unread message; None while it is missing, or while its type is being fetched."""
-        if self._undecoded is not None:
-            return self._take_decoded(self._undecoded)
-        received = self._subscription.receive_nowait()
-        if received is not None:
-            return self._decode(received)
-        if self._error is not None:
-            raise self._error
-        return None
-
-    def _decode(self, received: ReceivedPayload) -> ReceivedMessage | None:
-        try:
-            return ReceivedMessage(self._subscription.decode(received), received.arrived * 1e-9)
-        except (UnknownInterface, DefinitionMismatch):
-            decoding = asyncio.ensure_future(decode_message(self._node, self._subscription, received))
-            self._undecoded = _UndecodedMessage(received, decoding)
-        return None
-
-    def _take_decoded(self, undecoded: _UndecodedMessage) -> ReceivedMessage | None:
-        if not undecoded.decoding.done():
-            return None
-        self._undecoded = None
-        return ReceivedMessage(undecoded.decoding.result(), undecoded.received.arrived * 1e-9)
-
-    def on_arrival(self, call: Callable[[], None]) -> None:
-        """Call a function once, soon after a message or an error is available."""
-        if self._undecoded is not None:
-            self._undecoded.decoding.add_done_callback(lambda _: call())
-        else:
-            self._subscription.on_arrival(call)
-
-    async def close(self) -> None:
-        """Fetch no more type definitions."""
-        if self._undecoded is not None:
-            self._undecoded.decoding.cancel()
-            await asyncio.gather(self._undecoded.decoding, return_exceptions=True)
-
-    @property
-    def lost(self) -> int:
-        """Number of messages dropped from the buffer or lost in transit."""
-        return self._subscription.lost + self._subscription.missed
-
-    async def watch_types(self) -> None:
-        """Close the subscription when all publishers of its topic have another type."""
-        topic, type_name = self._subscription.topic, self._subscription.type
-        node = self._node
-
-        def find_mismatch(graph: RosGraph) -> WrongType | None:
-            try:
-                check_type(topic, type_name, node.others(graph.publishers(topic)))
-            except WrongType as error:
-                return error
-            return None
-
-        self._error = await node.graph.wait_for(find_mismatch)
-        self._subscription.close()
-
-
-class RosPublisher:
-    """A publisher of a topic.
-
-    Args:
-        publication: Publisher of the node.
-        node: Publishing node.
-    """
-
-    def __init__(self, publication: Publication, node: RosNode) -> None:
-        self._publication = publication
-        self._node = node
-        self.publish = publication.publish
-
-    async def wait_for_subscription(self, timeout: float) -> bool:
-        """Wait until messages reach the subscriptions; return False at once without subscriptions."""
-        if not self._node.graph.subscriptions(self._publication.topic):
-            return False
-        try:
-            await self._publication.wait_for_subscription(timeout)
-        except TimeoutError:
-            return False
-        return True
-
-
-class Frames:
-    """Frames of a system.
-
-    Args:
-        listener: Listener to their transforms.
-    """
-
-    def __init__(self, listener: TransformListener) -> None:
-        self._listener = listener
-        self._last: dict[tuple[str, str], Stamped] = {}
-
-    async def next_pose(self, frame: str, parent: str) -> contract.FramePose:
-        """Wait for a pose of a frame in another one that differs from the last returned pose."""
-        last = self._last.get((frame, parent))
-
-        def changed(buffer: TransformBuffer) -> Stamped | None:
-            found = buffer.find(frame, parent)
-            return found if found != last else None
-
-        found = await self._listener.wait_for(changed)
-        assert found is not None, "the condition is true"
-        self._last[frame, parent] = found
-        stamp = None if found.stamp is None else found.stamp * 1e-9
-        return contract.FramePose(found.transform.translation, found.transform.rotation, stamp)
-
-    def describe_absence(self, frame: str, parent: str) -> str:
-        """Return why the pose of a frame is unknown; empty if it is known."""
-        try:
-            self._listener.buffer.lookup(frame, parent)
-        except TransformError as error:
-            return str(error)
-        return ""
 
 
 class RosBackend:
@@ -202,15 +41,20 @@ class RosBackend:
         name: Name of the system in messages.
         tasks: Task group of subscriptions shared by actions, and of the cancellation of lost goals.
         outages: Outages of the connection to the system.
+        is_alone: Whether no other backend has the robots of the run.
     """
 
-    def __init__(self, node: RosNode, name: str, tasks: TaskGroup, outages: Outages) -> None:
+    def __init__(self, node: RosNode, name: str, tasks: TaskGroup, outages: Outages, *, is_alone: bool) -> None:
         self._node = node
         self.name = name
         self._outages = outages
         self._presence = Presence(node)
         self._clock = SharedClock(node, tasks)
         self._tasks = tasks
+        self._is_alone = is_alone
+        self._on_event: EventHandler | None = None  # set at the start of a run
+        self._actors: list[str] = []  # robots of the scenario
+        self._tracking: CancelScope | None = None
 
     def loss_since(self, moment: float) -> str:
         """See `Connected`. Messages sent during an outage are lost, so each outage counts."""
@@ -222,13 +66,34 @@ class RosBackend:
 
     def assign_robot(self, actor: str, types: Sequence[str]) -> str | None:
         """Return the name of an actor if it is a robot: robots without another backend are in this system."""
-        return actor if ROBOT in types else None
+        if ROBOT not in types:
+            return None
+        self._actors.append(actor)
+        return actor
 
     async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
-        """Do nothing: the system reports no events by itself, and waiting actions notice outages."""
+        """Keep the handler of warnings: waiting actions notice outages by themselves."""
+        self._on_event = on_event
+
+    async def start_tracks(self, rate: float, report: TrackReporter, scans: float = 0.0) -> None:
+        """See `Tracks`. Beside simulators and bridges, which have the robots, nothing is reported."""
+        if scans:
+            self._warn(f"scans of the robots of {self.name} are not recorded")
+        if self._is_alone:
+            self._tasks.start_soon(self._track, rate, report)
+
+    async def _track(self, rate: float, report: TrackReporter) -> None:
+        with CancelScope() as self._tracking:
+            await RosTracks(self._node, self._actors, self._warn).run(rate, report)
+
+    def _warn(self, text: str) -> None:
+        if self._on_event is not None:
+            self._on_event(WARNING, {"message": text})
 
     async def end_run(self) -> None:
-        """Do nothing: actions end everything that they started."""
+        """Report no more poses; actions end everything that they started."""
+        if self._tracking is not None:
+            self._tracking.cancel()
 
     @asynccontextmanager
     async def publishing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[RosPublisher]:
@@ -351,8 +216,13 @@ def _summary(recording: Recording) -> str:
 
 
 @asynccontextmanager
-async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
-    """Join a ROS 2 system for the duration of the block; see `connect_system` for the errors."""
+async def open_backend(options: RosOptions, *, is_alone: bool) -> AsyncIterator[RosBackend]:
+    """Join a ROS 2 system for the duration of the block; see `connect_system` for the errors.
+
+    Args:
+        options: Options of the connection.
+        is_alone: Whether no other backend has the robots of the run, so that this one reports their poses.
+    """
     async with (
         connect_system(options) as system,
         system.node(f"seoro_{system.session.identity[:6]}") as node,
@@ -360,4 +230,4 @@ async def open_backend(options: RosOptions) -> AsyncIterator[RosBackend]:
     ):
         await anyio.to_thread.run_sync(system.prepare)
         outages = await anyio.to_thread.run_sync(system.session.blocking.outages)
-        yield RosBackend(node, f"the ROS 2 system at {options.endpoint}", tasks, outages)
+        yield RosBackend(node, f"the ROS 2 system at {options.endpoint}", tasks, outages, is_alone=is_alone)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from seoro.bridges.wire.geometry import Twist
 from seoro.bridges.wire.message import Empty, Message, Query, TrackedRequest, Verb
 from seoro.bridges.wire.simulator import RobotName
@@ -107,12 +109,17 @@ class Localization(Message):
         covariance: Covariance of x, y and yaw, row by row [m^2, m rad, rad^2]; None without a pose.
         particles: Number of particles.
         error: Distance between this pose and the true one [m]; None without a pose.
+        unlocalized: Without an estimate, pose by the frames or the odometry of the robot, for traces; None if it
+            is unknown, too.
+        unlocalized_frame: Frame of `unlocalized`: `odom` is that of the odometry.
     """
 
     pose: Pose3D | None
     covariance: tuple[float, ...] | None
     particles: int
     error: float | None
+    unlocalized: Pose3D | None = None
+    unlocalized_frame: Literal["map", "odom"] = "map"
 
 
 class Drive(TrackedRequest):

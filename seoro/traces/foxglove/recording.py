@@ -33,7 +33,7 @@ from foxglove.messages import (
 )
 
 from seoro.files.replacing import replacing
-from seoro.traces.foxglove.films import FORMAT, film_pictures
+from seoro.traces.films import FORMAT, film_pictures
 from seoro.traces.foxglove.scenes import (
     MAP,
     UPRIGHT,
@@ -48,6 +48,7 @@ from seoro.traces.reader import wall_time
 
 LAYOUT: Final = "foxglove-layout.json"
 FILM: Final = "/video"
+_ORIGIN: Final = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 _ANY_OBJECT: Final = Schema(name="seoro.TraceRecord", encoding="jsonschema", data=b'{"type": "object"}')
 _LEVELS: Final[Mapping[str, LogLevel]] = {
     "debug": LogLevel.Debug,
@@ -106,6 +107,7 @@ class _Recording:
         self._map = GridChannel("/map", context=context)
         self._paths: dict[str, PosesInFrameChannel] = {}
         self._scans: dict[str, LaserScanChannel] = {}
+        self._by_odometry: set[str] = set()  # robots without a pose in the map
 
     def add(self, record: Record) -> None:
         """Write the messages of a record."""
@@ -151,15 +153,35 @@ class _Recording:
                 if record.get("map") is not None:
                     self._map.log(grid_of(record["map"], stamp), log_time=at)
             case "entity":
+                self._place(record["entity"])
                 self._scene.log(entity_update(record["entity"], stamp), log_time=at)
             case "poses":
-                self._frames.log(FrameTransforms(transforms=list(_transforms(record, stamp))), log_time=at)
+                self._frames.log(FrameTransforms(transforms=list(self._transforms(record, stamp))), log_time=at)
                 if record.get("removed"):
                     self._scene.log(removal_update(record["removed"], stamp), log_time=at)
             case "path":
                 self._path(record["entity"]).log(_path(record, stamp), log_time=at)
             case "scan":
                 self._scan(record["entity"], record["sensor"]).log(_scan(record, stamp), log_time=at)
+
+    def _place(self, entity: Record) -> None:
+        """Keep whether the poses of an entity are those of an odometry."""
+        if entity.get("frame", MAP) == MAP:
+            self._by_odometry.discard(entity["name"])
+        else:
+            self._by_odometry.add(entity["name"])
+
+    def _transforms(self, record: Record, stamp: Timestamp) -> Iterator[FrameTransform]:
+        for robot, links in record.get("links", {}).items():
+            yield from _frames_of_links(robot, links, stamp)
+        for name, pose in record["entities"].items():
+            parent = f"{name}/odom" if name in self._by_odometry else MAP
+            if parent != MAP:  # its place in the map is unknown; the origin stands for it
+                yield _transform(MAP, parent, _ORIGIN, stamp)
+            yield _transform(parent, name, pose, stamp)
+        for name, (x, y, yaw) in record.get("believed", {}).items():
+            believed = (x, y, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+            yield _transform(MAP, f"{name}_believed", believed, stamp)
 
     def _path(self, entity: str) -> PosesInFrameChannel:
         if entity not in self._paths:
@@ -195,35 +217,19 @@ def _frames_of_scene(scene: Record, stamp: Timestamp) -> Iterator[FrameTransform
 def _frames_of_links(
     robot: str, links: Mapping[str, Sequence[float]], stamp: Timestamp
 ) -> Iterator[FrameTransform]:
-    for link, (x, y, z, *rotation) in links.items():
-        yield FrameTransform(
-            timestamp=stamp,
-            parent_frame_id=robot,
-            child_frame_id=link_frame(robot, link),
-            translation=Vector3(x=x, y=y, z=z),
-            rotation=to_quaternion(rotation),
-        )
+    for link, pose in links.items():
+        yield _transform(robot, link_frame(robot, link), pose, stamp)
 
 
-def _transforms(record: Record, stamp: Timestamp) -> Iterator[FrameTransform]:
-    for robot, links in record.get("links", {}).items():
-        yield from _frames_of_links(robot, links, stamp)
-    for name, (x, y, z, qx, qy, qz, qw, *_) in record["entities"].items():
-        yield FrameTransform(
-            timestamp=stamp,
-            parent_frame_id=MAP,
-            child_frame_id=name,
-            translation=Vector3(x=x, y=y, z=z),
-            rotation=to_quaternion((qx, qy, qz, qw)),
-        )
-    for name, (x, y, yaw) in record.get("believed", {}).items():
-        yield FrameTransform(
-            timestamp=stamp,
-            parent_frame_id=MAP,
-            child_frame_id=f"{name}_believed",
-            translation=Vector3(x=x, y=y, z=0.0),
-            rotation=to_quaternion((0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))),
-        )
+def _transform(parent: str, child: str, pose: Sequence[float], stamp: Timestamp) -> FrameTransform:
+    x, y, z, *rotation = pose[:7]
+    return FrameTransform(
+        timestamp=stamp,
+        parent_frame_id=parent,
+        child_frame_id=child,
+        translation=Vector3(x=x, y=y, z=z),
+        rotation=to_quaternion(rotation),
+    )
 
 
 def _path(record: Record, stamp: Timestamp) -> PosesInFrame:

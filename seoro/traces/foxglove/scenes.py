@@ -21,6 +21,7 @@ from foxglove.messages import (
     SceneEntityDeletion,
     SceneUpdate,
     SpherePrimitive,
+    TextPrimitive,
     Timestamp,
     TriangleListPrimitive,
     Vector2,
@@ -91,7 +92,8 @@ def link_frame(robot: str, link: str) -> str:
 def _entities(entity: Fields, time: Timestamp) -> Iterator[SceneEntity]:
     """Yield an entity, and its links that move, each with its shapes in its own frame."""
     name, links = entity["name"], entity.get("links", {})
-    yield _entity(name, name, [shape for shape in entity["shapes"] if shape.get("link") not in links], time)
+    own = [shape for shape in entity["shapes"] if shape.get("link") not in links]
+    yield _entity(name, name, own, time, is_lost=entity.get("frame", MAP) != MAP)
     for link, frame in links.items():
         shapes = [
             {**shape, "pose": relative_pose(frame, shape["pose"])}
@@ -101,7 +103,11 @@ def _entities(entity: Fields, time: Timestamp) -> Iterator[SceneEntity]:
         yield _entity(link_frame(name, link), link_frame(name, link), shapes, time)
 
 
-def _entity(name: str, frame: str, shapes: Sequence[Fields], time: Timestamp) -> SceneEntity:
+def _entity(
+    name: str, frame: str, shapes: Sequence[Fields], time: Timestamp, *, is_lost: bool = False
+) -> SceneEntity:
+    """Convert an entity; `is_lost` adds a text, since its pose in the map is unknown."""
+    texts = [_label(f"{name}, by odometry")] if is_lost else []
     found = [primitive for shape in shapes for primitive in _primitives(shape)]
     return SceneEntity(
         timestamp=time,
@@ -112,7 +118,14 @@ def _entity(name: str, frame: str, shapes: Sequence[Fields], time: Timestamp) ->
         spheres=[each for each in found if isinstance(each, SpherePrimitive)],
         cylinders=[each for each in found if isinstance(each, CylinderPrimitive)],
         triangles=[each for each in found if isinstance(each, TriangleListPrimitive)],
+        texts=texts,
     )
+
+
+def _label(text: str) -> TextPrimitive:
+    place = Pose(position=Vector3(x=0.0, y=0.0, z=0.5), orientation=UPRIGHT)
+    grey = to_color(GREY)
+    return TextPrimitive(pose=place, billboard=True, font_size=14.0, scale_invariant=True, color=grey, text=text)
 
 
 Primitive = CubePrimitive | SpherePrimitive | CylinderPrimitive | TriangleListPrimitive

@@ -84,6 +84,13 @@ export class Track {
     return Math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z);
   }
 
+  /** Whether the poses at a time are those of an odometry, whose origin in the map is unknown. */
+  isByOdometry(time: number): boolean {
+    const frames = this.scene?.frames ?? [];
+    const [, frame = "map"] = frames.filter(([begin]) => begin <= time + 1e-9).at(-1) ?? [];
+    return frame !== "map";
+  }
+
   /** Samples around a time, and the share of the later one; null before the first sample. */
   private around(time: number): [index: number, next: number, share: number] | null {
     const next = after(this.times, time + 1e-9);
@@ -173,7 +180,8 @@ export class Tracks {
     }
     this.tracks.forEach((track, index) => {
       // All robots are in a scene; what comes later is an object.
-      track.scene ??= scenes.get(track.name) ?? (scenes.size > 0 ? { name: track.name, kind: "object" } : null);
+      track.scene =
+        scenes.get(track.name) ?? track.scene ?? (scenes.size > 0 ? { name: track.name, kind: "object" } : null);
       track.append(columns, `track.${index}`);
       if (!columns.has(`believed.${index}.t`)) return;
       const believed = (this.believed[index] ??= new Track(track.name, null, this.step));

@@ -110,6 +110,8 @@ export interface SceneEntity {
   footprint?: [number, number][];
   height?: number;
   shapes?: Shape[];
+  /** Times from which the poses are in a frame; without any, in the map. */
+  frames?: [time: number, frame: string][];
   /** Poses of links in the posture of the shapes. */
   links?: { [name: string]: number[] };
 }

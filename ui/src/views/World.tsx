@@ -203,6 +203,12 @@ function Poses({ run, state }: { run: RunModel; state: ViewProps["state"] }) {
                 <th scope="row">
                   <span class={`dot entity-${(index % 7) + 1}`} aria-hidden="true" /> <bdi>{clip(plain(track.name), 60)}</bdi>
                   {track.scene?.real === true && <span class="real"> real</span>}
+                  {track.isByOdometry(time) && (
+                    <span class="odometry" title="The place of the robot in the map is unknown: its way is shown from the origin.">
+                      {" "}
+                      by odometry
+                    </span>
+                  )}
                 </th>
                 {pose === null ? (
                   <td colSpan={4}>not there yet</td>

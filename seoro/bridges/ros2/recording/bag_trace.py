@@ -18,8 +18,15 @@ from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.interfaces.errors import InvalidPayload, UnknownInterface
 from seoro.bridges.ros2.recording.metadata import BagMessage
 from seoro.bridges.ros2.recording.reader import Bag
-from seoro.bridges.ros2.tf import TransformBuffer
-from seoro.robotics.transform import IDENTITY, Transform
+from seoro.bridges.ros2.tf.robots import (
+    ODOMETRY,
+    TRANSFORMS,
+    UNNAMED,
+    PlacedRobot,
+    RobotFrames,
+    home_of,
+    namespace_of,
+)
 
 Record = dict[str, Any]
 
@@ -27,8 +34,6 @@ TRACE: Final = "/trace"  # of bags that seoro made from traces
 _SECOND: Final = 1_000_000_000  # [ns]
 _POSES: Final = _SECOND // 10  # [ns] between two samples of a robot
 _SCANS: Final = _SECOND // 2  # [ns] between two scans of a sensor
-_BASES: Final = ("base_link", "base_footprint")
-_ROOTS: Final = ("map", "odom")
 _DIGITS: Final = 4  # of poses, after the decimal point
 _LEVELS: Final = {10: "debug", 20: "info", 30: "warning", 40: "error", 50: "error"}
 _STRING: Final = "std_msgs/msg/String"
@@ -66,14 +71,17 @@ class _BagTrace:
         self._bag = bag
         self._types = types
         self._count = 0
-        self._frames: dict[str, TransformBuffer] = {}  # by namespace
-        self._robots: set[str] = set()
+        self._frames: dict[str, RobotFrames] = {}  # by namespace
+        tf = [topic for topic in bag.topics.values() if topic.type == TRANSFORMS]
+        self._namespaces = {namespace_of(topic.name) for topic in tf}
+        self._robots: dict[str, str] = {}  # frames of their poses, by name
         self._has_map = False
         self._poses: dict[str, list[float]] = {}
         self._due: dict[str, int] = {}  # times of the next samples, by robot or topic [ns]
         self._notes: list[str] = []
         self._readers: Mapping[str, Callable[[str, Any, int], Iterator[Record]]] = {
-            "tf2_msgs/msg/TFMessage": self._transforms,
+            TRANSFORMS: self._transforms,
+            ODOMETRY: self._odometry,
             "sensor_msgs/msg/LaserScan": self._scan,
             "nav_msgs/msg/OccupancyGrid": self._map,
             "nav_msgs/msg/Path": self._path,
@@ -103,37 +111,52 @@ class _BagTrace:
         yield from self._readers[type_](message.topic, decoded, message.received)
 
     def _transforms(self, topic: str, message: Any, at: int) -> Iterator[Record]:
-        namespace = _namespace(topic)
-        frames = self._frames.setdefault(namespace, TransformBuffer())
-        frames.put_message(message, is_static=topic.endswith("/tf_static"))
-        for name, base in _bases(namespace, frames).items():
-            if at < self._due.get(name, 0) or (found := _placed(frames, base)) is None:
+        frames = self._frames_of(topic)
+        frames.put_transforms(message, is_static=topic.endswith("/tf_static"))
+        yield from self._sample(frames, at)
+
+    def _odometry(self, topic: str, message: Any, at: int) -> Iterator[Record]:
+        if topic.rpartition("/")[2] != "odom":
+            return
+        frames = self._frames_of(topic)
+        frames.put_odometry(message)
+        yield from self._sample(frames, at)
+
+    def _frames_of(self, topic: str) -> RobotFrames:
+        namespace = self._home(topic)
+        return self._frames.setdefault(namespace, RobotFrames(namespace))
+
+    def _home(self, topic: str) -> str:
+        return home_of(topic, self._namespaces)
+
+    def _sample(self, frames: RobotFrames, at: int) -> Iterator[Record]:
+        for robot in frames.robots():
+            name = robot.name
+            if at < self._due.get(name, 0):
                 continue
             self._due[name] = at + _POSES
-            if name not in self._robots:
-                self._robots.add(name)
-                entity = {"name": name, "kind": "robot", "real": True, "shapes": []}
-                yield self._timed("entity", at, {"entity": entity})
-            pose = [round(value, _DIGITS) + 0.0 for value in (*found.translation, *found.rotation)]
+            if self._robots.get(name) != robot.frame:
+                self._robots[name] = robot.frame
+                yield self._timed("entity", at, {"entity": _entity(robot)})
+            pose = [round(value, _DIGITS) + 0.0 for value in (*robot.pose.translation, *robot.pose.rotation)]
             if self._poses.get(name) != pose:
                 self._poses[name] = pose
                 yield self._timed("poses", at, {"entities": {name: pose}})
 
     def _scan(self, topic: str, message: Any, at: int) -> Iterator[Record]:
-        namespace = _namespace(topic)
-        frames = self._frames.get(namespace)
+        frames = self._frames.get(self._home(topic))
         if frames is None or at < self._due.get(topic, 0):
             return
-        for name, base in _bases(namespace, frames).items():
-            placed = frames.find(message.header.frame_id, base)
-            if placed is None or name not in self._robots:
+        for robot in frames.robots():
+            placed = frames.mount(message.header.frame_id, robot.base)
+            if placed is None or robot.name not in self._robots:
                 continue
             self._due[topic] = at + _SCANS
             ranges = [float(value) for value in message.ranges]
             fields = {
-                "entity": name,
+                "entity": robot.name,
                 "sensor": topic.rpartition("/")[2],
-                "pose": [*placed.transform.translation, *placed.transform.rotation],
+                "pose": [*placed.translation, *placed.rotation],
                 "angle_min": float(message.angle_min),
                 "angle_increment": float(message.angle_increment),
                 "ranges": [round(value, 3) if math.isfinite(value) else None for value in ranges],
@@ -160,7 +183,7 @@ class _BagTrace:
         if at < self._due.get(topic, 0):
             return
         self._due[topic] = at + _SECOND
-        robot = _namespace(topic) or "robot"
+        robot = self._home(topic) or UNNAMED
         if robot in self._robots:
             points = [[stamped.pose.position.x, stamped.pose.position.y] for stamped in message.poses]
             yield self._timed("path", at, {"entity": robot, "points": points})
@@ -183,38 +206,6 @@ class _BagTrace:
         return round((at - self._bag.extent.start) / _SECOND, 6)
 
 
-def _namespace(topic: str) -> str:
-    """Return the first part of a topic in a namespace; empty for others."""
-    first, _, rest = topic.strip("/").partition("/")
-    return first if rest else ""
-
-
-def _bases(namespace: str, frames: TransformBuffer) -> dict[str, str]:
-    """Return the frames of the bases of robots, by their names."""
-    found: dict[str, str] = {}
-    for frame in frames.frames:
-        prefix, _, last = frame.rpartition("/")
-        if last in _BASES:
-            name = prefix or namespace or "robot"
-            if found.get(name, "").rpartition("/")[2] != _BASES[0]:
-                found[name] = frame
-    return found
-
-
-def _placed(frames: TransformBuffer, base: str) -> Transform | None:
-    """Return the pose of a base in the map, or in the frame of its odometry.
-
-    The latest transform of each frame counts: localisations may publish rarely.
-    """
-    parents, frame, transform = frames.parents, base, IDENTITY
-    seen, placed = {base}, None
-    while (parent := parents.get(frame)) is not None and parent not in seen:
-        found = frames.find(frame, parent)
-        if found is None:
-            break
-        transform = found.transform @ transform
-        frame = parent
-        seen.add(frame)
-        if frame.rpartition("/")[2] in _ROOTS:
-            placed = transform
-    return placed
+def _entity(robot: PlacedRobot) -> Record:
+    entity = {"name": robot.name, "kind": "robot", "real": True, "shapes": []}
+    return entity if robot.frame == "map" else {**entity, "frame": robot.frame}

@@ -8,12 +8,22 @@ import math
 import re
 import shutil
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.recording.bag_values import (
+    MAP,
+    Values,
+    pose_value,
+    stamped,
+    time_value,
+    transform_value,
+    vector,
+)
 from seoro.bridges.ros2.recording.errors import RefusedRecording
+from seoro.bridges.ros2.recording.markers import WORLD, deletion, link_frame, markers_of
 from seoro.bridges.ros2.recording.mcap_file import McapFile
 from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, write_metadata
 from seoro.bridges.ros2.wire.qos import Durability, Qos
@@ -21,25 +31,24 @@ from seoro.robotics.transform import Transform, rotate
 from seoro.traces.reader import wall_time
 
 Record = Mapping[str, Any]
-Values = dict[str, Any]
 
 _SECOND: Final = 1_000_000_000  # [ns]
-_MAP: Final = "map"
 _LATCHED: Final = Qos(durability=Durability.TRANSIENT_LOCAL)
 _MOVING: Final = Qos(depth=100)
 _UNFIT: Final = re.compile(r"[^A-Za-z0-9_]")
 _LEVELS: Final = {"debug": 10, "info": 20, "warning": 30, "error": 40}
-_MARKERS: Final = {"box": 1, "sphere": 2, "cylinder": 3, "capsule": 3}  # by the kind of a shape
 _UNKNOWN_CELL: Final = 255
-_GREY: Final = "#808080"
+_ORIGIN: Final = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+FILM: Final = "/video"
 
 
-def write_trace_bag(records: Iterable[Record], folder: Path) -> None:
+def write_trace_bag(records: Iterable[Record], folder: Path, film: Iterable[tuple[float, bytes]] = ()) -> None:
     """Write a run as a bag.
 
     Args:
         records: Records of its trace, or a part of them.
         folder: Folder of the bag, which must not exist.
+        film: Pictures of the whole run in JPEG, with their times [s].
 
     Raises:
         RefusedRecording: The folder exists.
@@ -57,6 +66,7 @@ def write_trace_bag(records: Iterable[Record], folder: Path) -> None:
         try:
             for record in records:
                 bag.add(record)
+            bag.add_film(film)
         except BaseException:
             mcap.abandon()
             raise
@@ -76,6 +86,8 @@ class _TraceBag:
         self._types = TypeStore.bundled()
         self._topics: set[str] = set()
         self._start: int | None = None  # of the run, since the epoch [ns]
+        self._marker_counts: dict[str, int] = {}  # by entity
+        self._by_odometry: set[str] = set()  # robots without a pose in the map
 
     def add(self, record: Record) -> None:
         """Write the messages of a record.
@@ -93,6 +105,14 @@ class _TraceBag:
         except (KeyError, TypeError, IndexError, ValueError, zlib.error) as error:
             raise ValueError(f"invalid record {record.get('seq')} (`{record['kind']}`): {error}") from error
 
+    def add_film(self, film: Iterable[tuple[float, bytes]]) -> None:
+        """Write pictures in JPEG, with their times since the start of the run [s]."""
+        for time, data in film:
+            assert self._start is not None, "a trace has a record"
+            at = self._start + round(time * _SECOND)
+            message = stamped(at, MAP) | {"format": "jpeg", "data": data}
+            self._write(FILM, "sensor_msgs/msg/CompressedImage", message, at)
+
     def _add(self, record: Record, at: int) -> None:
         match record["kind"]:
             case "log":
@@ -103,60 +123,95 @@ class _TraceBag:
             case "scene":
                 self._scene(record, at)
             case "entity":
-                self._markers([record["entity"]], at)
+                self._entity(record["entity"], at)
             case "poses":
                 self._poses(record, at)
             case "path":
-                points = [_stamped(at, _MAP) | {"pose": _pose((x, y, 0, 0, 0, 0, 1))} for x, y in record["points"]]
-                message = _stamped(at, _MAP) | {"poses": points}
+                points = [
+                    stamped(at, MAP) | {"pose": pose_value((x, y, 0, 0, 0, 0, 1))} for x, y in record["points"]
+                ]
+                message = stamped(at, MAP) | {"poses": points}
                 self._write(f"/{_name(record['entity'])}/plan", "nav_msgs/msg/Path", message, at)
             case "scan":
                 self._scan(record, at)
 
     def _log(self, text: str, level: int, at: int) -> None:
-        message = {"stamp": _time(at), "level": level, "name": "seoro", "msg": text}
+        message = {"stamp": time_value(at), "level": level, "name": "seoro", "msg": text}
         self._write("/rosout", "rcl_interfaces/msg/Log", message, at)
 
     def _scene(self, record: Record, at: int) -> None:
-        shapes = [{"name": "world", "shapes": record.get("shapes", ())}]
-        self._markers([*shapes, *record.get("entities", ())], at)
+        frames = [
+            frame
+            for entity in record.get("entities", ())
+            for frame in _link_transforms(at, entity["name"], entity.get("links", {}))
+        ]
+        self._transforms(frames, at)
+        self._markers([{"name": WORLD, "shapes": record.get("shapes", ())}, *record.get("entities", ())], at)
         if (grid := record.get("map")) is not None:
             x, y, yaw = grid["origin"]
             size = {"resolution": grid["resolution"], "width": grid["width"], "height": grid["height"]}
-            origin = _pose((x, y, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+            origin = pose_value((x, y, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
             cells = [
                 -1 if cell == _UNKNOWN_CELL else cell for cell in zlib.decompress(base64.b64decode(grid["data"]))
             ]
-            message = _stamped(at, _MAP) | {"info": size | {"origin": origin}, "data": cells}
+            message = stamped(at, MAP) | {"info": size | {"origin": origin}, "data": cells}
             self._write("/map", "nav_msgs/msg/OccupancyGrid", message, at, _LATCHED)
 
+    def _entity(self, entity: Record, at: int) -> None:
+        name = entity["name"]
+        if entity.get("frame", MAP) == MAP:
+            self._by_odometry.discard(name)
+        else:
+            self._by_odometry.add(name)
+        self._markers([entity], at)
+
     def _markers(self, entities: Sequence[Record], at: int) -> None:
-        markers = [marker for entity in entities for marker in _markers_of(entity, at)]
+        """Replace the markers of entities."""
+        markers: list[Values] = []
+        for entity in entities:
+            name, found = entity["name"], list(markers_of(entity, at))
+            known = self._marker_counts.pop(name, 0)
+            markers += (deletion(name, number, at) for number in range(len(found), known))
+            markers += found
+            self._marker_counts[name] = len(found)
         if markers:
             self._write("/markers", "visualization_msgs/msg/MarkerArray", {"markers": markers}, at, _LATCHED)
 
     def _poses(self, record: Record, at: int) -> None:
-        frames = [_frame(at, _MAP, name, pose) for name, pose in record["entities"].items()]
+        frames: list[Values] = []
+        for name, pose in record["entities"].items():
+            parent = self._root(name)
+            if parent != MAP:  # its place in the map is unknown; the origin stands for it
+                frames.append(transform_value(at, MAP, parent, _ORIGIN))
+            frames.append(transform_value(at, parent, name, pose))
         for name, (x, y, yaw) in record.get("believed", {}).items():
             believed = (x, y, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-            frames.append(_frame(at, _MAP, f"{name}_believed", believed))
+            frames.append(transform_value(at, MAP, f"{name}_believed", believed))
         for robot, links in record.get("links", {}).items():
-            frames += [_frame(at, robot, f"{robot}/{link}", pose) for link, pose in links.items()]
-        if frames:
-            self._write("/tf", "tf2_msgs/msg/TFMessage", {"transforms": frames}, at, _MOVING)
+            frames += _link_transforms(at, robot, links)
+        self._transforms(frames, at)
         for name, pose in record["entities"].items():
             if len(pose) > 7:
-                message = _odometry(name, pose, at)
+                message = _odometry(self._root(name), name, pose, at)
                 self._write(f"/{_name(name)}/odom", "nav_msgs/msg/Odometry", message, at)
+        if removed := record.get("removed"):
+            self._markers([{"name": name} for name in removed], at)
+
+    def _root(self, name: str) -> str:
+        """Return the frame of the poses of an entity."""
+        return f"{name}/odom" if name in self._by_odometry else MAP
+
+    def _transforms(self, frames: Sequence[Values], at: int) -> None:
+        if frames:
+            self._write("/tf", "tf2_msgs/msg/TFMessage", {"transforms": frames}, at, _MOVING)
 
     def _scan(self, record: Record, at: int) -> None:
         robot, sensor = record["entity"], record["sensor"]
         frame = f"{robot}/{sensor}"
-        transforms = {"transforms": [_frame(at, robot, frame, record["pose"])]}
-        self._write("/tf", "tf2_msgs/msg/TFMessage", transforms, at, _MOVING)
+        self._transforms([transform_value(at, robot, frame, record["pose"])], at)
         ranges = [math.inf if each is None else float(each) for each in record["ranges"]]
         first, step = record["angle_min"], record["angle_increment"]
-        message = _stamped(at, frame) | {
+        message = stamped(at, frame) | {
             "angle_min": first,
             "angle_max": first + step * max(0, len(ranges) - 1),
             "angle_increment": step,
@@ -179,64 +234,15 @@ def _name(text: str) -> str:
     return f"_{found}" if found[0].isdigit() else found
 
 
-def _time(at: int) -> Values:
-    return {"sec": at // _SECOND, "nanosec": at % _SECOND}
+def _link_transforms(at: int, robot: str, links: Mapping[str, Sequence[float]]) -> list[Values]:
+    return [transform_value(at, robot, link_frame(robot, link), pose) for link, pose in links.items()]
 
 
-def _stamped(at: int, frame: str) -> Values:
-    return {"header": {"stamp": _time(at), "frame_id": frame}}
-
-
-def _vector(x: float, y: float, z: float) -> Values:
-    return {"x": float(x), "y": float(y), "z": float(z)}
-
-
-def _quaternion(values: Sequence[float]) -> Values:
-    return dict(zip("xyzw", map(float, values), strict=True))
-
-
-def _pose(values: Sequence[float]) -> Values:
-    x, y, z, *rotation = values[:7]
-    return {"position": _vector(x, y, z), "orientation": _quaternion(rotation)}
-
-
-def _frame(at: int, parent: str, child: str, pose: Sequence[float]) -> Values:
-    x, y, z, *rotation = pose[:7]
-    transform = {"translation": _vector(x, y, z), "rotation": _quaternion(rotation)}
-    return _stamped(at, parent) | {"child_frame_id": child, "transform": transform}
-
-
-def _odometry(name: str, pose: Sequence[float], at: int) -> Values:
+def _odometry(parent: str, name: str, pose: Sequence[float], at: int) -> Values:
     """Return the odometry of a body; velocities are in its own frame, as ROS has them."""
     x, y, z, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz = pose
     turn = Transform((x, y, z), (qx, qy, qz, qw)).inverse().rotation
     linear, angular = rotate(turn, (vx, vy, vz)), rotate(turn, (wx, wy, wz))
-    twist = {"linear": _vector(*linear), "angular": _vector(*angular)}
-    message = {"child_frame_id": name, "pose": {"pose": _pose(pose)}, "twist": {"twist": twist}}
-    return _stamped(at, _MAP) | message
-
-
-def _markers_of(entity: Record, at: int) -> Iterator[Values]:
-    """Yield the shapes of an entity in its frame, those of the world in `map`, without hulls and prisms."""
-    is_world = entity["name"] == "world"
-    for number, shape in enumerate(entity.get("shapes", ())):
-        kind = _MARKERS.get(shape["kind"])
-        if kind is None:
-            continue
-        size = shape["size"]
-        if shape["kind"] == "box":
-            scale = size
-        else:
-            radius, *length = size
-            scale = (2 * radius, 2 * radius, length[0] if length else 2 * radius)
-        link = f"{entity['name']}/{shape['link']}" if shape.get("link") else entity["name"]
-        color = [int(shape.get("color", _GREY)[place : place + 2], 16) / 255 for place in (1, 3, 5)]
-        yield _stamped(at, _MAP if is_world else link) | {
-            "ns": entity["name"],
-            "id": number,
-            "type": kind,
-            "pose": _pose(shape["pose"]),
-            "scale": _vector(*scale),
-            "color": dict(zip("rgba", (*color, 1.0), strict=True)),
-            "frame_locked": not is_world,
-        }
+    twist = {"linear": vector(*linear), "angular": vector(*angular)}
+    message = {"child_frame_id": name, "pose": {"pose": pose_value(pose)}, "twist": {"twist": twist}}
+    return stamped(at, parent) | message

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from functools import partial
 
 import anyio
 
 from seoro.bridges import wire
+from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, RobotLink
-from seoro.bridges.ros2.robots.localisation import Localisation
+from seoro.bridges.ros2.robots.localisation import BASE, Localisation
 from seoro.bridges.ros2.robots.navigation import navigate
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.velocity import DEADLINE, Velocity
@@ -25,6 +27,7 @@ from seoro.bridges.wire.refusal import (
 )
 from seoro.concurrency.condition import Condition
 
+ODOMETRY_FRAME = "odom"
 FRAME_TIMEOUT = 1.0  # [s] for a frame to appear, such as `map` after the localisation
 MAX_STEP = 1.0  # [m] between two odometry messages; a longer step means that the odometry was reset
 
@@ -42,7 +45,7 @@ class DrivingBase:
         self._base = base
         self._velocity = Velocity(link, base.cmd_vel, base.limits)
         self.localisation = Localisation(link, base)
-        self._position: tuple[float, float] | None = None
+        self._odometry: Message | None = None
         self._travelled = 0.0  # [m]
         self._moved = Condition()
         self._was_driven = False  # by this bridge
@@ -52,6 +55,7 @@ class DrivingBase:
         """Handlers of the served verbs."""
         return {
             **self.localisation.handlers,
+            wire.GET_LOCALIZATION: self._get_localization,
             wire.NAVIGATE_THROUGH_POSES: self._navigate,
             wire.DRIVE: self._drive,
             wire.CMD_VEL: self._cmd_vel,
@@ -77,15 +81,28 @@ class DrivingBase:
 
     def forget(self) -> None:
         """Forget the position of the robot; the travelled distance continues from the next position."""
-        self._position = None
+        self._odometry = None
 
     def _on_odometry(self, message: Message) -> None:
-        x, y = message.pose.pose.position.x, message.pose.pose.position.y
-        if self._position is not None:
-            step = math.dist((x, y), self._position)
+        if self._odometry is not None:
+            before, now = self._odometry.pose.pose.position, message.pose.pose.position
+            step = math.dist((now.x, now.y), (before.x, before.y))
             self._travelled += step if step < MAX_STEP else 0.0
-        self._position = (x, y)
+        self._odometry = message
         self._moved.notify_all()
+
+    async def _get_localization(self, _request: wire.RobotName) -> wire.Localization:
+        """Return the estimate, or a pose by the frames of localisations that publish no pose, or by odometry."""
+        found = self.localisation.estimate()
+        if found.pose is not None:
+            return found
+        if (placed := self._link.frames.pose(BASE, self._base.map_frame)) is not None:
+            return found.model_copy(update={"unlocalized": placed, "unlocalized_frame": "map"})
+        by_odometry = self._link.frames.pose(BASE, ODOMETRY_FRAME)
+        if by_odometry is None and self._odometry is not None:
+            with suppress(ValueError):  # an invalid orientation
+                by_odometry = geometry.pose(self._odometry.pose.pose)
+        return found.model_copy(update={"unlocalized": by_odometry, "unlocalized_frame": "odom"})
 
     async def _navigate(self, request: wire.NavigateThroughPoses) -> None:
         self._was_driven = True
@@ -150,8 +167,8 @@ class DrivingBase:
     async def _watch_distance(self, request: wire.WatchDistance) -> None:
         check_positive("distance", request.distance)
         with anyio.move_on_after(DISCOVERY_TIMEOUT):
-            await self._moved.wait_for(lambda: self._position is not None)
-        if self._position is None:
+            await self._moved.wait_for(lambda: self._odometry is not None)
+        if self._odometry is None:
             topic = self._link.node.resolve(self._base.odometry)
             reason = self._link.explain_silence(topic)
             raise RequestRefused(Result.INCORRECT_STATE, f"no odometry of the robot on {topic}: {reason}")

@@ -52,7 +52,6 @@ class Localisation:
             wire.SET_INITIAL_POSE: self._set_initial_pose,
             wire.REINITIALIZE_GLOBAL_LOCALIZATION: self._restart,
             wire.WATCH_LOCALIZATION: self._watch,
-            wire.GET_LOCALIZATION: self._get,
         }
 
     @property
@@ -140,7 +139,8 @@ class Localisation:
         await self._changes.wait_for(lambda: self._latest is not None)
         return ""
 
-    async def _get(self, _request: wire.RobotName) -> wire.Localization:
+    def estimate(self) -> wire.Localization:
+        """Return the present estimate."""
         latest = self._latest
         if latest is None:
             return wire.Localization(pose=None, covariance=None, particles=0, error=None)
