@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from seoro.bridges.addresses import ROS_ROUTER
+from seoro.bridges.addresses import BRIDGE, ROS_ROUTER
 from seoro.cli.arguments import add_dialect, add_keys_argument, add_option, domain
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import node_file
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from seoro.bridges.wire import SimulatorFeatures
 
 SIMULATOR = "tcp/127.0.0.1:7450"
-_LISTEN = "tcp/127.0.0.1:7460"
 _NAME = "ros2"
 _ROBOT = re.compile(r"(?P<profile>[^:@]+)(:(?P<name>[A-Za-z][A-Za-z0-9_-]*))?(@(?P<namespace>/?[A-Za-z0-9_/]*))?")
 
@@ -60,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     place = parser.add_mutually_exclusive_group()
     add_option(
-        place, "--listen ENDPOINT", f"with --robot: Zenoh endpoint to listen on for runs (default: {_LISTEN})"
+        place, "--listen ENDPOINT", f"with --robot: Zenoh endpoint to listen on for runs (default: {BRIDGE})"
     )
     add_option(place, "--connect ENDPOINT", "with --robot: connect to the Zenoh router at this endpoint instead")
     add_option(
@@ -138,7 +137,7 @@ async def _run_robots(options: argparse.Namespace, ros: str) -> None:
     from seoro.security.network.listener import node_name  # noqa: PLC0415 - Zenoh
 
     robots = _robots(options.robot)
-    listen = None if options.connect else options.listen or _LISTEN
+    listen = None if options.connect else options.listen or BRIDGE
     endpoint = listen or options.connect
     name = node_name(endpoint, options.name, _NAME)
     check_name(name, "a bridge")

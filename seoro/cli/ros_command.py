@@ -7,7 +7,7 @@ import os
 from importlib import import_module
 from pathlib import Path
 
-from seoro.bridges.addresses import ROS_ROUTER
+from seoro.bridges.addresses import BRIDGE, ROS_ROUTER
 from seoro.cli.arguments import Commands, add_command, add_dialect, add_option, domain, pattern, positive, seconds
 from seoro.cli.exit_status import Exit
 from seoro.cli.packages import ROS2, require
@@ -29,6 +29,7 @@ ENDLESS = ("topics.echo", "topics.measure_rate", "topics.publish", "bags.record_
 EXAMPLES = """examples:
   seoro ros graph
   seoro ros graph --node /controller_server
+  seoro ros adopt -o robot/
   seoro ros topic echo /odom --member pose.pose.position --count 1
   seoro ros topic hz /scan --ros tcp/192.168.0.7:7447
   seoro ros topic pub /cmd_vel '{linear: {x: 0.2}}' --rate 10
@@ -49,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     kinds = parser.add_subparsers(title="subcommands", metavar="SUBCOMMAND", required=True)
     _add_graph(_leaf(kinds, "graph", "list nodes, topics, services and actions", "graph.show"))
+    _add_adopt(_leaf(kinds, "adopt", "write a lab file and profiles for the robots of the system", "adopt.adopt"))
     _add_topics(_branch(kinds, "topic", "list, echo, measure and publish topics"))
     _add_services(_branch(kinds, "service", "list and call services"))
     _add_actions(_branch(kinds, "action", "list actions and send goals"))
@@ -103,6 +105,16 @@ def _add_graph(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--node NODE", "show only this node, with its lifecycle state")
     _add_hidden(parser)
     _add_json(parser)
+
+
+def _add_adopt(parser: argparse.ArgumentParser) -> None:
+    add_option(parser, "-o --output DIR", "folder of the files (default: the current one)", default=".")
+    add_option(parser, "--namespace NAMESPACE", "adopt only the robot of this namespace")
+    add_option(
+        parser, "--bridge ENDPOINT", f"endpoint of the bridge in the lab file (default: {BRIDGE})", default=BRIDGE
+    )
+    add_option(parser, "--force", "overwrite files")
+    add_option(parser, "--yes", "ask nothing: write defaults for missing values, marked with CHECK")
 
 
 def _add_list(kinds: Commands, listed: str) -> None:

@@ -16,6 +16,7 @@ from pydantic_core import PydanticUndefined
 
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.cli.campaign_keys import CampaignKeys
+from seoro.files.commented_yaml import described_arguments
 from seoro.lab.schema import LabFile
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.worlds.schema import WorldFile
@@ -129,13 +130,5 @@ def _meanings(model: type[BaseModel]) -> dict[str, str]:
                     comment = re.search(r"  # (.*)$", lines[(statement.end_lineno or 1) - 1])
                     if comment:
                         found[statement.target.id] = comment[1]
-            found |= _entries(base.__doc__ or "")
+            found |= described_arguments(base.__doc__ or "")
     return found
-
-
-def _entries(docstring: str) -> dict[str, str]:
-    _, _, entries = inspect.cleandoc(docstring).partition("Args:\n")
-    return {found[1]: " ".join(found[2].split()) for found in _ENTRY.finditer(f"{entries}\n")}
-
-
-_ENTRY = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)

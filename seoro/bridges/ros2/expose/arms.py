@@ -12,9 +12,9 @@ from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.action_server import GoalEnd, GoalHandle, Status, serving_action
 from seoro.bridges.ros2.expose.goal_queue import GoalQueue
-from seoro.bridges.ros2.expose.links import Links
 from seoro.bridges.ros2.expose.node import ExposedNode
 from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.urdf import Links
 from seoro.bridges.wire import Outcome
 from seoro.errors import BackendRefused
 

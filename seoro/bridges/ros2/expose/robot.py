@@ -17,7 +17,6 @@ from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.errors import DefinitionMismatch
 from seoro.bridges.ros2.expose import messages
 from seoro.bridges.ros2.expose.arms import ExposedArm, serving_arm
-from seoro.bridges.ros2.expose.links import Links, read_links
 from seoro.bridges.ros2.expose.messages import MAP, ODOM
 from seoro.bridges.ros2.expose.navigation import serving_navigation
 from seoro.bridges.ros2.expose.node import ExposedNode
@@ -25,6 +24,7 @@ from seoro.bridges.ros2.expose.sensors import SENSOR_DATA, TOPICS, SensorTopics
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.topics import Publication, Subscription
+from seoro.bridges.ros2.urdf import Links, read_links
 from seoro.bridges.ros2.wire import LATCHED, Qos
 from seoro.bridges.session import Bound
 from seoro.concurrency.background import background

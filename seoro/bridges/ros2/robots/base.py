@@ -28,6 +28,7 @@ from seoro.bridges.wire.refusal import (
 from seoro.concurrency.condition import Condition
 
 ODOMETRY_FRAME = "odom"
+ODOMETRY = "nav_msgs/msg/Odometry"
 FRAME_TIMEOUT = 1.0  # [s] for a frame to appear, such as `map` after the localisation
 MAX_STEP = 1.0  # [m] between two odometry messages; a longer step means that the odometry was reset
 
@@ -65,7 +66,7 @@ class DrivingBase:
 
     async def open(self) -> None:
         """Subscribe to the topics of the base, and prepare velocity commands."""
-        await self._link.listen(self._base.odometry, "nav_msgs/msg/Odometry", self._on_odometry)
+        await self._link.listen(self._base.odometry, ODOMETRY, self._on_odometry)
         await self.localisation.open()
         self._link.tasks.start_soon(self._velocity.find)
         self._link.tasks.start_soon(self._velocity.run)

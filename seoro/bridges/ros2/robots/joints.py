@@ -17,6 +17,7 @@ from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, name_list
 from seoro.concurrency.condition import Condition
 
+JOINT_STATES = "sensor_msgs/msg/JointState"
 MAX_JOINTS = 1000
 
 
@@ -55,7 +56,7 @@ class Joints:
 
     async def open(self) -> None:
         """Subscribe to the joint states."""
-        await self._link.listen(self._topic, "sensor_msgs/msg/JointState", self._on_states, forget=self._forget)
+        await self._link.listen(self._topic, JOINT_STATES, self._on_states, forget=self._forget)
 
     def _forget(self) -> None:
         """Forget all states: their publisher has disappeared, and may restart."""

@@ -17,6 +17,9 @@ from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite
 
 MAX_POSES = 100
+NAVIGATE_TO_POSE, NAVIGATE_THROUGH_POSES, FOLLOW_WAYPOINTS = (
+    f"nav2_msgs/action/{name}" for name in ("NavigateToPose", "NavigateThroughPoses", "FollowWaypoints")
+)
 
 
 async def navigate(link: RobotLink, base: Base, request: wire.NavigateThroughPoses) -> None:
@@ -34,12 +37,10 @@ def _goal(link: RobotLink, base: Base, request: wire.NavigateThroughPoses) -> Ac
     report = _feedback_reporter(link, request.feedback_period, len(poses))
     goal = {"poses": poses}
     if request.stop_at_each:
-        kind = "nav2_msgs/action/FollowWaypoints"
-        return ActionGoal(base.follow_waypoints, kind, goal, report, judge=_check_reached)
+        return ActionGoal(base.follow_waypoints, FOLLOW_WAYPOINTS, goal, report, judge=_check_reached)
     if len(poses) == 1:
-        kind = "nav2_msgs/action/NavigateToPose"
-        return ActionGoal(base.navigate_to_pose, kind, {"pose": poses[0]}, report)
-    return ActionGoal(base.navigate_through_poses, "nav2_msgs/action/NavigateThroughPoses", goal, report)
+        return ActionGoal(base.navigate_to_pose, NAVIGATE_TO_POSE, {"pose": poses[0]}, report)
+    return ActionGoal(base.navigate_through_poses, NAVIGATE_THROUGH_POSES, goal, report)
 
 
 def _feedback_reporter(link: RobotLink, period: float, poses: int) -> Callable[[Members], None]:

@@ -1,4 +1,4 @@
-"""Transforms of the links of a robot, from its URDF and joint positions, as robot_state_publisher has them."""
+"""Joints of a URDF, and transforms of its links from joint positions, as robot_state_publisher has them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 from xml.etree.ElementTree import Element
 
-from defusedxml import ElementTree
+from defusedxml import DefusedXmlException, ElementTree
 
 from seoro.bridges.ros2.geometry import header
 from seoro.robotics.geometry import Quaternion, quaternion
@@ -19,7 +19,13 @@ REVOLUTE, PRISMATIC = ("revolute", "continuous"), "prismatic"
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of a URDF: its parent and child links, its origin in the parent, and its axis and speed limit."""
+    """A joint of a URDF: its parent and child links, its origin in the parent, its axis and its limits.
+
+    Attributes:
+        speed: Maximum speed [rad/s, m/s]; infinite if it is not stated.
+        limits: Lowest and highest position [rad, m]; None without limits.
+        mimics: Name of the joint that it follows; empty if it moves by itself.
+    """
 
     name: str
     kind: str
@@ -27,7 +33,9 @@ class Joint:
     child: str
     origin: Transform
     axis: Vector
-    speed: float  # [rad/s, m/s]
+    speed: float = math.inf
+    limits: tuple[float, float] | None = None
+    mimics: str = ""
 
     @property
     def moves(self) -> bool:
@@ -53,9 +61,10 @@ class Joint:
 
 @dataclass(frozen=True)
 class Links:
-    """Links of a robot."""
+    """Links of a robot, and its name."""
 
     joints: tuple[Joint, ...]
+    robot: str = ""
 
     def fixed(self) -> list[dict[str, Any]]:
         """Return the transforms of fixed joints."""
@@ -71,33 +80,46 @@ class Links:
 
 
 def read_links(urdf: str) -> Links:
-    """Parse the text of a URDF that a simulator node has checked."""
-    return Links(tuple(_joint(element) for element in ElementTree.fromstring(urdf).iter("joint")))
+    """Parse the text of a URDF.
+
+    Raises:
+        ValueError: The text is invalid XML, or has an invalid number.
+    """
+    try:
+        root = ElementTree.fromstring(urdf)
+    except (ElementTree.ParseError, DefusedXmlException) as error:
+        raise ValueError(f"invalid URDF: {error}") from error
+    # Joints of the robot itself: those of transmissions and of ros2_control have the same tag.
+    return Links(tuple(_joint(element) for element in root.findall("joint")), root.get("name", ""))
 
 
 def _joint(element: Element) -> Joint:
     return Joint(
         name=element.get("name", ""),
         kind=element.get("type", "fixed"),
-        parent=_link(element, "parent"),
-        child=_link(element, "child"),
+        parent=_attribute(element, "parent", "link"),
+        child=_attribute(element, "child", "link"),
         origin=Transform(
             _numbers(element, "origin", "xyz", (0.0, 0.0, 0.0)),
             quaternion(*_numbers(element, "origin", "rpy", (0.0, 0.0, 0.0))),
         ),
         axis=_numbers(element, "axis", "xyz", (1.0, 0.0, 0.0)),
-        speed=_speed(element),
+        speed=float(_attribute(element, "limit", "velocity") or math.inf),
+        limits=_limits(element),
+        mimics=_attribute(element, "mimic", "joint"),
     )
 
 
-def _speed(element: Element) -> float:
-    found = element.find("limit")
-    return math.inf if found is None else float(found.get("velocity", math.inf))
+def _limits(element: Element) -> tuple[float, float] | None:
+    if element.get("type") == "continuous" or element.find("limit") is None:
+        return None
+    lowest, highest = (float(_attribute(element, "limit", side) or 0.0) for side in ("lower", "upper"))
+    return (lowest, highest) if lowest < highest else None
 
 
-def _link(element: Element, end: str) -> str:
-    found = element.find(end)
-    return "" if found is None else found.get("link", "")
+def _attribute(element: Element, name: str, attribute: str) -> str:
+    found = element.find(name)
+    return "" if found is None else found.get(attribute, "")
 
 
 def _numbers(element: Element, name: str, attribute: str, default: Vector) -> Vector:

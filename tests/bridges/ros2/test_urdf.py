@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from seoro.bridges.ros2.expose.links import Links, read_links
+from seoro.bridges.ros2.urdf import Links, read_links
 
 TURTLEBOT, ARM = (
     read_links(resources.files("sim_nodes.robots").joinpath(f"{name}.urdf").read_text())
@@ -45,4 +45,22 @@ def test_fingers_move_along_prismatic_joints() -> None:
 
 
 def test_a_robot_of_one_link_has_no_transforms() -> None:
-    assert read_links("<robot name='r'><link name='l'/></robot>") == Links(())
+    assert read_links("<robot name='r'><link name='l'/></robot>") == Links((), "r")
+
+
+def test_limits_and_mimicked_joints_are_read() -> None:
+    joints = {joint.name: joint for joint in ARM.joints}
+    assert joints["elbow_joint"].limits == pytest.approx((-math.pi, math.pi), abs=1e-3)
+    assert all(joint.limits is None for joint in TURTLEBOT.joints if joint.kind == "continuous")
+    text = (
+        "<robot name='r'><joint name='j' type='prismatic'><mimic joint='k'/><limit lower='-1'/></joint>"
+        "<transmission><joint name='j'/></transmission></robot>"
+    )
+    [joint] = read_links(text).joints
+    assert (joint.mimics, joint.limits, joint.speed) == ("k", (-1.0, 0.0), math.inf)
+
+
+@pytest.mark.parametrize("text", ["", "<robot>", "<robot><joint><limit velocity='fast'/></joint></robot>"])
+def test_invalid_urdf_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"invalid URDF|could not convert"):
+        read_links(text)
