@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import os
 import sys
 from collections.abc import Awaitable, Callable
-from pathlib import Path
 from statistics import median
 from time import perf_counter
 
+import processes
 from lsprotocol import types as lsp
 from pygls.lsp.client import LanguageClient
 
@@ -54,11 +53,10 @@ def long_text(length: int, number: int) -> str:
 
 
 def processor_time(client: LanguageClient) -> float:
-    """Return the processor time of the server so far [s]; more precise than wall time on a busy machine."""
+    """Return the processor time of the server so far [s]."""
     server = client._server
     assert server is not None
-    fields = Path(f"/proc/{server.pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return processes.processor_time(server.pid)
 
 
 async def measure(

@@ -19,7 +19,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import compileall
-import os
 import subprocess
 import sys
 import tempfile
@@ -28,6 +27,8 @@ from contextlib import asynccontextmanager
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
+
+import processes
 
 from seoro.bridges import wire
 from seoro.bridges.session import open_session
@@ -56,8 +57,7 @@ class Node:
 
     def processor_time(self) -> float:
         """Return the processor time of the process so far [s]."""
-        fields = Path(f"/proc/{self._process.pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return processes.processor_time(self._process.pid)
 
     def memory(self) -> float:
         """Return the resident memory of the process [MiB]."""

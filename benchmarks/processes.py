@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -36,6 +37,12 @@ class Executor:
     def template(self) -> int:
         """The process that forks runs."""
         return children(self.process)[0]
+
+
+def processor_time(process: int) -> float:
+    """The processor time of a process so far [s]; more precise than wall time on a busy machine."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def children(process: int) -> list[int]:

@@ -6,10 +6,11 @@ import argparse
 import asyncio
 import os
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import AbstractAsyncContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 
+from seoro.cli.event_loop import fast_loop
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
 from seoro.cli.report import RunReport
@@ -41,22 +42,12 @@ def run_local(options: argparse.Namespace) -> int:
                 ) and options.file != STDIN:  # a cached plan cannot have other values
                     scenario = _load(options)
                 files.check_inputs(inputs_of(options, scenario))
+            loop = None if options.ros is None else fast_loop()
             # Files first: an event loop would block Ctrl-C while a pipe waits for its reader.
-            with files.open(), asyncio.Runner(loop_factory=_loop_factory(options)) as runner:
+            with files.open(), asyncio.Runner(loop_factory=loop) as runner:
                 return runner.run(_Exec(options, scenario, files, found.limit).main())
     except _Terminated:
         return Exit.CANCELLED
-
-
-def _loop_factory(options: argparse.Namespace) -> Callable[[], asyncio.AbstractEventLoop] | None:
-    """Return the factory of the event loop: uvloop, which handles messages faster, for runs with ROS 2."""
-    if options.ros is None:
-        return None
-    try:
-        from uvloop import new_event_loop  # noqa: PLC0415 - seldom needed
-    except ImportError:
-        return None
-    return new_event_loop
 
 
 class _Terminated(BaseException):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Awaitable, Callable
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import anyio
@@ -13,6 +12,7 @@ from anyio.abc import TaskGroup
 
 from seoro.bridges.addresses import EXECUTOR
 from seoro.cli.arguments import add_keys_argument, add_option, number
+from seoro.cli.event_loop import fast_loop
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import state_folder
 from seoro.cli.serving import check_name, endpoint_errors, place_of, stdin_closed
@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
             _serve,
             settings,
             options.die_with_parent,
-            backend_options={"use_uvloop": find_spec("uvloop") is not None},
+            backend_options={"loop_factory": fast_loop()},
         )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ import anyio
 
 from seoro.bridges.addresses import EXECUTOR
 from seoro.cli.arguments import add_keys_argument, add_option, number
+from seoro.cli.event_loop import fast_loop
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import state_folder
 from seoro.cli.lab_command import VARIABLE as LAB
@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
         options.demo,
     )
     log_to_stderr("%(message)s")
-    return anyio.run(_serve, settings, backend_options={"use_uvloop": find_spec("uvloop") is not None})
+    return anyio.run(_serve, settings, backend_options={"loop_factory": fast_loop()})
 
 
 async def _serve(settings: SiteOptions) -> int:

@@ -26,6 +26,7 @@ from tests.routers import free_endpoint
 
 ROOT = Path(__file__).parents[4]
 NODE = Path(__file__).with_name("node.py")
+SETUP = Path(os.environ.get("SEORO_ROS2_RUNTIME", ROOT.parent / "shared" / "ros2")) / "setup.sh"
 MADE_WITHIN = 900.0  # [s]
 DEADLINE = 90.0  # [s] limit of steps that take a second on an idle machine
 
@@ -40,11 +41,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session")
 def genuine() -> Path:
     """Return the folder of an environment with ROS 2."""
-    runtime = Path(os.environ.get("SEORO_ROS2_RUNTIME", ROOT.parent / "shared" / "ros2"))
-    setup = runtime / "setup.sh"
-    if not setup.exists():
-        pytest.skip(f"runtime of ROS 2 not found: {setup} is missing")
-    version = hashlib.sha256(setup.read_bytes() + (runtime / "requirements.txt").read_bytes()).hexdigest()[:12]
+    if not SETUP.exists():
+        pytest.skip(f"runtime of ROS 2 not found: {SETUP} is missing")
+    return environment(SETUP)
+
+
+def environment(setup: Path) -> Path:
+    """Return the folder of the environment that a `setup.sh` makes; it is made once."""
+    version = hashlib.sha256(setup.read_bytes() + setup.with_name("requirements.txt").read_bytes()).hexdigest()[
+        :12
+    ]
     folder = Path(tempfile.gettempdir()) / f"seoro-ros2-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
     with _locked(folder / f"{version}.lock"):
