@@ -67,7 +67,7 @@ def _add_issuing(parser: argparse.ArgumentParser) -> None:
     add_option(
         parser,
         "--host HOST",
-        f"host name or address of the {', '.join(sorted(LISTENING))}, or of `seoro ui`",
+        f"host name or address of the {', '.join(sorted(LISTENING))}",
         repeatable=True,
     )
     add_option(parser, "--days DAYS", f"validity in days (default: {_YEAR:g})", type=_days, default=_YEAR)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 EXAMPLES = """examples:
   seoro ui
   seoro ui --demo
-  seoro ui --listen lab-pc.example.org:7480 --keys ann.keys
+  seoro ui --listen lab-pc.example.org:7480 --certificate lab-pc.keys --keys ann.keys
   seoro ui results/ scenarios/ --port 8000
 
 Open the printed URL in a browser: it has the access token. Ctrl-C ends the server."""
@@ -55,7 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(
         where, "--port N", "port of the server, 0 for a free one (default: %(default)s)", type=_port, default=PORT
     )
-    add_option(where, "--listen HOST:PORT", "listen for other machines, too, by TLS; needs `--keys`")
+    add_option(where, "--listen HOST:PORT", "listen for other machines, too, by TLS; needs `--certificate`")
+    add_option(parser, "--certificate DIR", "folder of keys with the role site, for `--listen`", type=Path)
     add_keys_argument(parser)
 
 
@@ -68,6 +69,8 @@ def run(options: argparse.Namespace) -> int:
 
     if options.demo and options.folders:
         raise UsageError("`--demo` shows its own folder", help="leave out the folders, or `--demo`")
+    if options.certificate is not None and options.listen is None:
+        raise UsageError("`--certificate` needs `--listen`", help="add `--listen HOST:PORT`")
     lab = options.lab or (Path(os.environ[LAB]) if os.environ.get(LAB) else None)
     settings = SiteOptions(
         (FOLDER,) if options.demo else tuple(options.folders) or (Path(),),
@@ -77,6 +80,7 @@ def run(options: argparse.Namespace) -> int:
         Address(port=options.port) if options.listen is None else parse_address(options.listen),
         lab,
         options.demo,
+        options.certificate,
     )
     log_to_stderr("%(message)s")
     return anyio.run(_serve, settings, backend_options={"loop_factory": fast_loop()})

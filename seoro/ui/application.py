@@ -27,6 +27,7 @@ from seoro.ui import (
     starting,
 )
 from seoro.ui.answers import RequestError, answer, answer_error
+from seoro.ui.rights import OnlyReading
 from seoro.ui.security import Access, Guard
 from seoro.ui.site import Site
 
@@ -70,7 +71,9 @@ def make_application(site: Site, access: Access) -> ASGIApp:
                 "places": site.places.data,
                 "simulators": [name for name in _SIMULATORS if find_spec(name) is not None],
                 "hasLab": site.places.has_client,
-                "mayStart": site.places.has_executor,
+                "mayStart": site.places.has_executor and site.rights.may_act,
+                "mayAct": site.rights.may_act,
+                "mayDebug": site.rights.is_owner,
                 "demo": site.is_demo,
             }
         )
@@ -80,7 +83,8 @@ def make_application(site: Site, access: Access) -> ASGIApp:
     for area in AREAS:
         routes += area.routes(site)
     handlers = dict.fromkeys((HTTPException, RequestError, SeoroError, OSError, Exception), answer_error)
-    return Guard(Starlette(routes=routes, exception_handlers=handlers), access)
+    application: ASGIApp = Starlette(routes=routes, exception_handlers=handlers)
+    return Guard(application if site.rights.may_act else OnlyReading(application), access)
 
 
 async def _page(_: Request) -> Response:

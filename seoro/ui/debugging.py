@@ -43,9 +43,9 @@ def routes(site: Site) -> list[BaseRoute]:
     async def debug(socket: WebSocket) -> None:
         await socket.accept()
         try:
-            room.acquire_nowait()
-        except anyio.WouldBlock:
-            error = RequestError(503, "too many debugged runs", f"end one of the {MOST_SESSIONS} first")
+            site.rights.check_owner()
+            _acquire(room)
+        except RequestError as error:
             await socket.send_text(json.dumps(error.data))
             await socket.close()
             return
@@ -56,6 +56,18 @@ def routes(site: Site) -> list[BaseRoute]:
             room.release()
 
     return [WebSocketRoute("/api/debug", debug)]
+
+
+def _acquire(room: anyio.Semaphore) -> None:
+    """Take a place for a session.
+
+    Raises:
+        RequestError: All places are taken.
+    """
+    try:
+        room.acquire_nowait()
+    except anyio.WouldBlock:
+        raise RequestError(503, "too many debugged runs", f"end one of the {MOST_SESSIONS} first") from None
 
 
 class _Session:

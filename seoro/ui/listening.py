@@ -1,4 +1,4 @@
-"""Socket, addresses and certificate of a site."""
+"""Socket, addresses, certificate and rights of a site."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from seoro.errors import UsageError
-from seoro.security.keys.folder import chosen_folder, read_keys
-from seoro.security.keys.roles import PEOPLE
+from seoro.security.keys.folder import chosen_folder, default_folder, read_keys
+from seoro.security.keys.roles import PEOPLE, Role
 from seoro.ui.security import Access
 
 if TYPE_CHECKING:
@@ -73,47 +73,50 @@ class Endpoint:
     Args:
         listener: The socket.
         access: Its addresses, with new secrets.
-        keys: Folder with its certificate; None without TLS.
+        certificate: Folder with its certificate; None without TLS.
+        role: Role of the person whose rights the pages have; None for all rights of this user.
     """
 
     listener: socket.socket
     access: Access
-    keys: KeyFolder | None
+    certificate: KeyFolder | None = None
+    role: Role | None = None
 
 
 @contextlib.contextmanager
-def listening(address: Address, folder: Path | None) -> Iterator[Endpoint]:
+def listening(address: Address, certificate: Path | None, person: Path | None) -> Iterator[Endpoint]:
     """Listen at an address while the block lasts.
 
     Args:
-        address: The address; others than those of this machine need keys.
-        folder: Folder of keys; None for that of the environment.
+        address: The address; others than those of this machine need a certificate and the keys of a person.
+        certificate: Folder of keys with the role `site`, for TLS.
+        person: Folder of the keys of a person; None for that of the environment or of the user.
 
     Raises:
         UsageError: The port is in use, the host is unknown, or keys are missing or do not name the host.
     """
-    chosen = folder or chosen_folder()
     if address.is_local:
         with _open(address) as listener:
             hosts = tuple(dict.fromkeys((address.host, *_HERE)))
-            yield Endpoint(listener, _access("http", hosts, listener), None)
+            yield Endpoint(listener, _access("http", hosts, listener))
         return
-    if chosen is None:
+    if certificate is None:
         raise UsageError(
             f"{address} is outside this machine: others could read and start runs",
-            help="add `--keys DIR`, with a folder made by `seoro keys add NAME --role operator --host "
-            f"{address.host}`",
+            help="add `--certificate DIR`, with a folder made by `seoro keys add NAME --role site --host "
+            f"{address.host}`, and `--keys DIR` with the keys of a person",
         )
-    keys = read_keys(chosen, frozenset(PEOPLE))
+    keys = read_keys(certificate, frozenset({Role.SITE}))
     if address.host not in keys.identity.hosts:
         known = ", ".join(host for host in keys.identity.hosts if host not in _HERE) or "none"
         raise UsageError(
-            f"the certificate in {chosen} is not for the host `{address.host}` (hosts: {known})",
+            f"the certificate in {certificate} is not for the host `{address.host}` (hosts: {known})",
             help=f"renew it: `seoro keys renew {keys.identity.name} --host {address.host}`",
         )
+    identity = read_keys(person or chosen_folder() or default_folder(), frozenset(PEOPLE)).identity
     with _open(address) as listener:
         hosts = tuple(dict.fromkeys((address.host, *keys.identity.hosts)))
-        yield Endpoint(listener, _access("https", hosts, listener), keys.folder)
+        yield Endpoint(listener, _access("https", hosts, listener), keys.folder, identity.role)
 
 
 def _access(scheme: str, hosts: tuple[str, ...], listener: socket.socket) -> Access:

@@ -30,7 +30,7 @@ _START: Final = 60.0  # [s]
 _STOP: Final = 20.0  # [s] for active runs to clean up
 _MOST_SITES: Final = 100  # of a user at a time
 _POLICY_FILE: Final = "policy.yaml"
-_POLICY: Final = f"""# The user of the site may run the same with `seoro exec`.
+_TRUSTED: Final = f"""# The user of the site may run the same with `seoro exec`.
 everybody:
   allow: [python, files, network, {", ".join(RUNNING_PROGRAMS)}]
   sandbox: "off"
@@ -53,21 +53,26 @@ class PrivateExecutor:
 
 
 @asynccontextmanager
-async def private_executor(state: Path) -> AsyncIterator[PrivateExecutor]:
+async def private_executor(state: Path, *, is_trusted: bool) -> AsyncIterator[PrivateExecutor]:
     """Run an executor while the block lasts.
 
     Args:
         state: Folder for the runs of sites; each active site has a folder in it.
+        is_trusted: Whether only the user of this machine starts runs; they may do what `seoro exec` may do. Runs
+            of others have the permissions and the sandbox of `seoro serve`.
 
     Raises:
         BackendError: The executor does not start.
         OSError: The folder cannot be written.
     """
     with _claimed(state) as folder, _sockets() as sockets:
-        policy = sockets / _POLICY_FILE
         endpoint = f"unixsock-stream/{sockets / 'hub.sock'}"
         command = [sys.executable, "-m", "seoro.cli.main", "serve", "--name", NAME, "--listen", endpoint]
-        command += ["--folder", str(folder), "--jobs", str(_JOBS), "--policy", str(policy), "--die-with-parent"]
+        command += ["--folder", str(folder), "--jobs", str(_JOBS), "--die-with-parent"]
+        if is_trusted:
+            policy = sockets / _POLICY_FILE
+            policy.write_text(_TRUSTED, encoding="utf-8")
+            command += ["--policy", str(policy)]
         async with _running(command) as (process, lines), background() as tasks:
             await _await_start(lines)
             tasks.start_soon(_drop, lines)
@@ -93,7 +98,6 @@ def _claimed(state: Path) -> Iterator[Path]:
 def _sockets() -> Iterator[Path]:
     """Make a folder for the socket of the executor and its policy."""
     with tempfile.TemporaryDirectory(prefix="seoro-", dir=folder_for_sockets()) as name:
-        (Path(name) / _POLICY_FILE).write_text(_POLICY, encoding="utf-8")
         yield Path(name)
 
 

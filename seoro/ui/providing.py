@@ -15,12 +15,13 @@ from seoro.ui.executors import RETRY, Executors
 from seoro.ui.places import Places
 from seoro.ui.private_executor import NAME, SHOWN, private_executor
 from seoro.ui.registry import RunRegistry
+from seoro.ui.rights import Rights
 
 log = logging.getLogger(__name__)
 
 
 async def provide_executors(
-    endpoint: str | None, keys: Path | None, state: Path, places: Places, registry: RunRegistry
+    endpoint: str | None, keys: Path | None, state: Path, places: Places, registry: RunRegistry, rights: Rights
 ) -> None:
     """Add executors to the places of a site, in an endless loop.
 
@@ -30,6 +31,7 @@ async def provide_executors(
         state: Folder for runs of this machine.
         places: Places of the site.
         registry: Runs of the site.
+        rights: Rights of its users; viewers get no executor of this machine.
     """
     is_chosen = endpoint is not None or VARIABLE in os.environ
     shared = Executors(endpoint, keys, {}, is_chosen=is_chosen)
@@ -37,30 +39,31 @@ async def provide_executors(
     async with background() as tasks:
         tasks.start_soon(shared.watch, registry)
         await shared.tried.wait()
-        if not shared.names:
-            await provide_own(state, places, registry)
+        if not shared.names and rights.may_act:
+            await provide_own(state, places, registry, rights)
         await anyio.sleep_forever()
 
 
-async def provide_own(state: Path, places: Places, registry: RunRegistry) -> None:
+async def provide_own(state: Path, places: Places, registry: RunRegistry, rights: Rights) -> None:
     """Add an executor of this machine to the places of a site, and start it again if it ends, in an endless loop.
 
     Args:
         state: Folder for its runs.
         places: Places of the site.
         registry: Runs of the site.
+        rights: Rights of its users.
     """
     while True:
         try:
-            await _run_own(state, places, registry)
+            await _run_own(state, places, registry, rights)
         except (BackendError, OSError) as error:
             log.error("%s", error)
         await anyio.sleep(RETRY)
 
 
-async def _run_own(state: Path, places: Places, registry: RunRegistry) -> None:
+async def _run_own(state: Path, places: Places, registry: RunRegistry, rights: Rights) -> None:
     """Provide the executor of this machine, until its process ends."""
-    async with private_executor(state) as started:
+    async with private_executor(state, is_trusted=rights.is_owner) as started:
         own = Executors(started.endpoint, None, {NAME: SHOWN}, folder=started.folder)
         places.add(own)
         try:

@@ -19,6 +19,7 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from seoro.ui.answers import RequestError, answer
+from seoro.ui.rights import READING
 
 log = logging.getLogger(__name__)
 
@@ -36,7 +37,6 @@ _HEADERS: Final = {
     "cross-origin-resource-policy": "same-origin",
     "cache-control": "no-store",
 }
-_READING: Final = ("GET", "HEAD")
 
 
 def _random() -> str:
@@ -129,10 +129,10 @@ class Guard:
             )
         method = "" if is_socket else scope["method"]
         origins = headers.getlist("origin")
-        if (origins or method not in _READING) and (len(origins) != 1 or origins[0] not in self._access.origins):
+        if (origins or method not in READING) and (len(origins) != 1 or origins[0] not in self._access.origins):
             found = "foreign" if origins else "missing"
             raise RequestError(403, f"{found} `Origin` of the request", "only pages of this server may send it")
-        if scope["path"] == "/" and method in _READING:
+        if scope["path"] == "/" and method in READING:
             query = parse_qs(scope["query_string"].decode("latin-1"))
             if any(_is_equal(each, self._access.token) for each in query.get(TOKEN, [])):
                 return self._sign_in()

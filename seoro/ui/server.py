@@ -24,6 +24,7 @@ from seoro.ui.local_runs import LocalRuns
 from seoro.ui.places import Places
 from seoro.ui.providing import provide_executors, provide_own
 from seoro.ui.registry import RunRegistry
+from seoro.ui.rights import Rights
 from seoro.ui.scenario_files import ScenarioFiles
 from seoro.ui.security import Access
 from seoro.ui.site import Site
@@ -44,6 +45,7 @@ class SiteOptions:
         state: Folder for runs of this machine that the site starts.
         lab: Lab file; None for none.
         is_demo: Whether to start the examples.
+        certificate: Folder of keys with the role `site`, for addresses outside this machine.
     """
 
     folders: tuple[Path, ...]
@@ -53,6 +55,7 @@ class SiteOptions:
     address: Address = field(default_factory=Address)
     lab: Path | None = None
     is_demo: bool = False
+    certificate: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,8 @@ async def open_site(options: SiteOptions) -> AsyncIterator[Served]:
     """
     folders = tuple(_checked(folder) for folder in options.folders)
     lab = None if options.lab is None else read_lab(options.lab)
-    with listening(options.address, options.keys) as endpoint:
+    with listening(options.address, options.certificate, options.keys) as endpoint:
+        rights = Rights.of(endpoint.role)
         async with background() as tasks:
             registry = RunRegistry()
             feeds = Feeds(registry, tasks)
@@ -94,13 +98,14 @@ async def open_site(options: SiteOptions) -> AsyncIterator[Served]:
                 tasks,
                 lab,
                 options.is_demo,
+                rights,
             )
             if not options.is_demo:
                 tasks.start_soon(
-                    provide_executors, options.endpoint, options.keys, options.state, places, registry
+                    provide_executors, options.endpoint, options.keys, options.state, places, registry, rights
                 )
             else:
-                tasks.start_soon(provide_own, options.state, places, registry)
+                tasks.start_soon(provide_own, options.state, places, registry, rights)
                 tasks.start_soon(start_examples, site)
             tasks.start_soon(LocalRuns(folders).watch, registry)
             tasks.start_soon(feeds.forget_unused)
@@ -118,7 +123,7 @@ class _Server(uvicorn.Server):
 
 @asynccontextmanager
 async def _serving(application: ASGIApp, endpoint: Endpoint) -> AsyncIterator[None]:
-    keys = endpoint.keys
+    keys = endpoint.certificate
     config = uvicorn.Config(
         application,
         access_log=False,

@@ -15,6 +15,7 @@ from seoro.ui.feeds import Feeds
 from seoro.ui.own_runs import OwnRuns
 from seoro.ui.places import Places
 from seoro.ui.registry import RunRegistry
+from seoro.ui.rights import Rights
 from seoro.ui.scenario_files import ScenarioFiles
 
 
@@ -33,6 +34,7 @@ class Site:
         tasks: Task group that lasts as long as the site.
         lab: Lab file, if any.
         is_demo: Whether the site shows its own examples.
+        rights: Rights of its users.
         own_runs: Runs in child processes of the site.
     """
 
@@ -46,6 +48,7 @@ class Site:
     tasks: TaskGroup
     lab: Lab | None = None
     is_demo: bool = False
+    rights: Rights = field(default_factory=Rights)
     own_runs: OwnRuns = field(default_factory=OwnRuns)
 
     def client(self) -> Client:

@@ -129,7 +129,7 @@ def _rules(role: Role, requests: Sequence[str]) -> tuple[Rule, ...]:
                 (_SENDS, (*_LOOKS, *_SUBSCRIBES), (_TOKENS, _STOPS)),
                 (_GETS, (*_LIVES, *_PUBLISHES), (_TOKENS, _STOPS)),
             )
-        case Role.ROUTER:  # sessions connect to routers, they do not connect to one another
+        case Role.ROUTER | Role.SITE:  # routers do not connect to one another, and sites have no session
             return ()
 
 

@@ -84,12 +84,14 @@ class Authority:
             role: Role of the identity.
             to: The folder; may be that of the authority.
             days: Validity of the certificate [days].
-            hosts: Host names and addresses where the identity listens; people listen with `seoro ui` only.
+            hosts: Host names and addresses where the identity listens.
 
         Raises:
-            InvalidKeys: The name is taken, the folder contains keys, or the lab has no free certificate slot.
+            InvalidKeys: The name is taken, the folder contains keys, the lab has no free certificate slot, or the
+                role does not listen.
         """
         check_name(name, "an identity")
+        _check_hosts(role, hosts)
         issued = self.issued()
         if any(each.identity.name == name and not each.is_revoked for each in issued):
             raise InvalidKeys(
@@ -108,9 +110,10 @@ class Authority:
         """Issue a new key and certificate for an identity; the previous ones stay valid until they expire.
 
         Raises:
-            InvalidKeys: The name is unknown.
+            InvalidKeys: The name is unknown, or its role does not listen.
         """
         identity = self._known(name)[-1]
+        _check_hosts(identity.role, hosts)
         return self._issue(name, identity.slot, to, days, hosts or identity.hosts)
 
     def revoke(self, name: str) -> Revocations:
@@ -164,6 +167,16 @@ class Authority:
         write_private(folder.key, key_pem(key))
         write_public(folder.certificate, certificate_pem(certificate))
         return identity_of(certificate)
+
+
+def _check_hosts(role: Role, hosts: Sequence[str]) -> None:
+    """Check that only machines have hosts: the holder of such a key can pose as the machine at these hosts."""
+    if hosts and not role.listens:
+        raise InvalidKeys(
+            f"unsupported host '{hosts[0]}' of the role {role.value}: people do not listen",
+            help="leave out `--host`. For `seoro ui --listen`, give the machine an identity of its own: "
+            f"`seoro keys add NAME --role site --host {hosts[0]}`",
+        )
 
 
 def init_authority(path: Path, lab: str, days: float = AUTHORITY_DAYS) -> Authority:

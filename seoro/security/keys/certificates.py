@@ -169,8 +169,8 @@ def issue(
         ]
     )
     names: list[x509.GeneralName] = [x509.UniformResourceIdentifier(f"{SCHEME}://{lab}/{slot.role.value}/{name}")]
-    uses = [ExtendedKeyUsageOID.CLIENT_AUTH]
-    if slot.role.listens or hosts:
+    uses = [] if slot.role is Role.SITE else [ExtendedKeyUsageOID.CLIENT_AUTH]
+    if slot.role.listens:
         uses.append(ExtendedKeyUsageOID.SERVER_AUTH)
         names += [_general_name(host) for host in dict.fromkeys((*_LOCAL, *hosts))]
     builder = (

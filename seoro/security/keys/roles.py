@@ -15,10 +15,11 @@ class Role(StrEnum):
     EXECUTOR = "executor"  # runs scenarios, and sends their requests to nodes
     NODE = "node"  # a simulator, or a bridge to robots
     ROUTER = "router"  # forwards messages
+    SITE = "site"  # a host of `seoro ui`; without rights among the others
 
     @property
     def listens(self) -> bool:
-        """Whether other participants connect to it."""
+        """Whether others connect to it; people never listen, so their keys cannot pose as a machine."""
         return self in LISTENING
 
     def includes(self, other: Role) -> bool:
@@ -31,7 +32,7 @@ class Role(StrEnum):
         return list(Role).index(self)
 
 
-LISTENING: Final = frozenset({Role.EXECUTOR, Role.NODE, Role.ROUTER})
+LISTENING: Final = frozenset({Role.EXECUTOR, Role.NODE, Role.ROUTER, Role.SITE})
 NAMED: Final = frozenset({Role.EXECUTOR, Role.NODE})  # addressed by name
 PEOPLE: Final = (Role.VIEWER, Role.OPERATOR, Role.ADMIN)  # each includes the rights of the previous ones
 

@@ -52,9 +52,22 @@ def test_the_certificate_contains_the_hosts(lab: KeyedLab) -> None:
     assert {"lab-b.example.org", "10.0.0.7", "localhost", "127.0.0.1"} <= set(made.hosts)
     renewed = lab.authority.renew("lab-b", lab.keys("lab-b"))
     assert set(renewed.hosts) == set(made.hosts)
-    person = lab.authority.add("vic", Role.VIEWER, lab.keys("vic"), hosts=["lab-pc.example.org"])
-    assert "lab-pc.example.org" in person.hosts  # of `seoro ui`
     assert lab.authority.add("cleo", Role.OPERATOR, lab.keys("cleo")).hosts == ()
+
+
+def test_keys_of_people_pose_as_no_machine(lab: KeyedLab) -> None:
+    with pytest.raises(UsageError, match=r"'lab-pc.example.org' of the role viewer: people do not listen"):
+        lab.authority.add("vic", Role.VIEWER, lab.keys("vic"), hosts=["lab-pc.example.org"])
+    with pytest.raises(UsageError, match="people do not listen"):
+        lab.authority.renew("anna", lab.keys("anna"), hosts=["lab-pc.example.org"])
+    assert read_keys(lab.keys("anna")).identity.hosts == ()
+
+
+def test_a_site_is_no_client(lab: KeyedLab) -> None:
+    lab.authority.add("lab-pc", Role.SITE, lab.keys("lab-pc"), hosts=["lab-pc.example.org"])
+    extensions = read_keys(lab.keys("lab-pc")).certificate.extensions
+    uses = extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
+    assert list(uses) == [x509.oid.ExtendedKeyUsageOID.SERVER_AUTH]
 
 
 @pytest.mark.parametrize("name", ["", "Anna", "a/b", "../a", "a" * 65])
@@ -182,7 +195,7 @@ def test_each_role_includes_the_lower_roles() -> None:
     for less, more in pairwise(PEOPLE):
         assert more.includes(less)
         assert not less.includes(more)
-    assert not any(role.includes(other) for role in (Role.EXECUTOR, Role.ROUTER) for other in PEOPLE)
+    assert not any(role.includes(other) for role in (Role.EXECUTOR, Role.ROUTER, Role.SITE) for other in PEOPLE)
 
 
 def test_cryptography_is_not_imported_without_keys() -> None:

@@ -54,7 +54,7 @@ function summary(outcomes: Outcome[]): { isGood: boolean; text: string } {
 }
 
 /** Banner while an emergency stop is active, with its release. */
-export function StopBanner({ lab }: { lab: LabStore }) {
+export function StopBanner({ lab, mayRelease }: { lab: LabStore; mayRelease: boolean }) {
   const stopped = useCell(lab.state)?.stopped ?? null;
   const [isAsking, setIsAsking] = useState(false);
   if (stopped === null) return null;
@@ -68,9 +68,11 @@ export function StopBanner({ lab }: { lab: LabStore }) {
         {stopped.count < stopped.of && `${stopped.count} of ${stopped.of} members are stopped. `}
         {stopped.reason && <bdi>{clip(plain(stopped.reason), 200)}</bdi>}
       </p>
-      <button type="button" onClick={() => setIsAsking(true)}>
-        Release…
-      </button>
+      {mayRelease && (
+        <button type="button" onClick={() => setIsAsking(true)}>
+          Release…
+        </button>
+      )}
       {isAsking && <ReleaseDialog onClose={() => setIsAsking(false)} />}
     </div>
   );

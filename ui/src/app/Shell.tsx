@@ -34,16 +34,16 @@ export function Shell({ shared, children }: { shared: Shared; children: Componen
           seoro
         </Link>
         <nav aria-label="Pages">
-          {AREAS.map(([href, name, others]) => (
+          {AREAS.filter(([href]) => shared.site.mayAct || href !== "/start").map(([href, name, others]) => (
             <Link key={href} href={href} current={others.test(page)}>
               {name}
             </Link>
           ))}
         </nav>
         <Connection shared={shared} />
-        <EmergencyStop lab={shared.lab} />
+        {shared.site.mayAct ? <EmergencyStop lab={shared.lab} /> : <p class="watching">Watch only</p>}
       </header>
-      <StopBanner lab={shared.lab} />
+      <StopBanner lab={shared.lab} mayRelease={shared.site.mayAct} />
       <LostBanner shared={shared} />
       <main id="content" ref={main} tabIndex={-1}>
         {children}

@@ -12,6 +12,9 @@ export interface Site {
   simulators: string[];
   hasLab: boolean;
   mayStart: boolean;
+  /** Whether the user may start and stop runs, and command the lab. */
+  mayAct: boolean;
+  mayDebug: boolean;
   demo: boolean;
 }
 

@@ -48,14 +48,14 @@ export function Lab({ shared }: { shared: Shared }) {
         </section>
       )}
       {lab?.members.map((member) => (
-        <Member key={`${member.endpoint}\n${member.name}`} member={member} onWish={setWish} />
+        <Member key={`${member.endpoint}\n${member.name}`} member={member} onWish={shared.site.mayAct ? setWish : null} />
       ))}
       {wish && <WishDialog wish={wish} onClose={() => setWish(null)} />}
     </>
   );
 }
 
-function Member({ member, onWish }: { member: LabMember; onWish: (wish: Wish) => void }) {
+function Member({ member, onWish }: { member: LabMember; onWish: ((wish: Wish) => void) | null }) {
   const now = useNow(member.robots.some((robot) => robot.until !== null));
   return (
     <section class="panel member" aria-label={clip(plain(member.name || member.endpoint), 80)}>
@@ -88,11 +88,11 @@ const KINDS = new Map<boolean | null, [sign: string, word: string, style: string
   [null, ["?", "unknown", "simulated"]],
 ]);
 
-function Robot({ robot, now, onWish }: { robot: LabRobot; now: number; onWish: (wish: Wish) => void }) {
+function Robot({ robot, now, onWish }: { robot: LabRobot; now: number; onWish: ((wish: Wish) => void) | null }) {
   const [sign, word, style] = KINDS.get(robot.real)!;
   const name = clip(plain(robot.name), 80);
   const button = (kind: Wish["kind"], text: string, label: string) => (
-    <button type="button" class={kind === "stop" ? "danger" : ""} aria-label={label} onClick={() => onWish({ kind, robot })}>
+    <button type="button" class={kind === "stop" ? "danger" : ""} aria-label={label} onClick={() => onWish?.({ kind, robot })}>
       {text}
     </button>
   );
@@ -121,14 +121,16 @@ function Robot({ robot, now, onWish }: { robot: LabRobot; now: number; onWish: (
         <dt>queue</dt>
         <dd>{robot.queue.length === 0 ? "empty" : robot.queue.map((who) => clip(plain(who), 80)).join(", ")}</dd>
       </dl>
-      <div class="actions">
-        {button("stop", "■ Stop…", `Stop ${name}`)}
-        {robot.stopped !== null
-          ? button("release", "Release…", `Release the emergency stop of ${name}`)
-          : robot.lease === null
-            ? button("lease", "Lease…", `Lease ${name}`)
-            : button("end-lease", "End lease…", `End the lease of ${name}`)}
-      </div>
+      {onWish !== null && (
+        <div class="actions">
+          {button("stop", "■ Stop…", `Stop ${name}`)}
+          {robot.stopped !== null
+            ? button("release", "Release…", `Release the emergency stop of ${name}`)
+            : robot.lease === null
+              ? button("lease", "Lease…", `Lease ${name}`)
+              : button("end-lease", "End lease…", `End the lease of ${name}`)}
+        </div>
+      )}
     </li>
   );
 }

@@ -32,7 +32,7 @@ export function Run({ id, shared }: { id: string; shared: Shared }) {
   useTitle(`${entry ? `${wordOf(entry.status)}: ` : ""}${clip(plain(name), 200)}`);
   return (
     <>
-      <RunBar id={id} entry={entry} />
+      <RunBar id={id} entry={entry} mayAct={shared.site.mayAct} />
       {refusal !== null && <Problem error={new Error([refusal.error, refusal.help].filter(Boolean).join(": "))} />}
       {socket === "lost" && run !== null && (
         <p class="notes" role="status">
@@ -48,7 +48,7 @@ export function Run({ id, shared }: { id: string; shared: Shared }) {
   );
 }
 
-function RunBar({ id, entry }: { id: string; entry: RunData | undefined }) {
+function RunBar({ id, entry, mayAct }: { id: string; entry: RunData | undefined; mayAct: boolean }) {
   const [isStopping, setIsStopping] = useState(false);
   const path = `/api/run/${encodeURIComponent(id)}`;
   const isActive = entry?.status === "running" || entry?.status === "waiting";
@@ -64,7 +64,7 @@ function RunBar({ id, entry }: { id: string; entry: RunData | undefined }) {
         )}
       </nav>
       <div class="actions">
-        {isActive && entry.mayStop && (
+        {isActive && entry.mayStop && mayAct && (
           <button type="button" class="danger" onClick={() => setIsStopping(true)}>
             ■ Stop…
           </button>

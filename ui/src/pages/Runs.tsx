@@ -28,9 +28,11 @@ export function Runs({ shared }: { shared: Shared }) {
         <span class="count" role="status">
           {runs === null ? "" : `${plural(runs.length, "run")}${active > 0 ? `, ${active} running` : ""}`}
         </span>
-        <Link href="/start" class="button primary">
-          Start a run
-        </Link>
+        {shared.site.mayAct && (
+          <Link href="/start" class="button primary">
+            Start a run
+          </Link>
+        )}
       </div>
       <Places shared={shared} />
       <section class="panel" aria-label="Runs">

@@ -28,7 +28,8 @@ export function Start({ shared }: { shared: Shared }) {
       {error !== null && <Problem error={error} />}
       {!shared.site.mayStart && (
         <p class="notes" role="status">
-          No executor is reachable: runs cannot be started. You can still look at scenarios.
+          {shared.site.mayAct ? "No executor is reachable: runs cannot be started." : "The keys of this site may watch only."} You can still
+          look at scenarios.
         </p>
       )}
       {error === null && (

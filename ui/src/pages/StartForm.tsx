@@ -110,7 +110,7 @@ export function StartForm({ entry, form, shared }: Props) {
       </fieldset>
       {failure !== null && <Problem error={failure} />}
       <div class="actions">
-        <button type="button" disabled={isBusy || !shared.site.mayStart} onClick={() => void begin(true)}>
+        <button type="button" disabled={isBusy || !shared.site.mayStart || !shared.site.mayDebug} onClick={() => void begin(true)}>
           Debug
         </button>
         <button type="submit" class="primary" disabled={isBusy || !shared.site.mayStart}>
