@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from seoro.actions.goals import pursue
-from seoro.actions.nav2 import BASE
+from seoro.actions.nav2_requests import BASE
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.people import Point
 from seoro.runtime.contracts.robots import DrivenRobots, PathRobots

@@ -4,24 +4,34 @@ from __future__ import annotations
 
 from functools import partial
 
+from seoro.actions.nav2_localization import wait_until_localized
+from seoro.actions.nav2_requests import call_service, full_name
 from seoro.actions.reports import finish
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import LocalisedRobots
+from seoro.runtime.contracts.ros2 import Ros2System
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
 
-@action("differential_drive_robot.reinitialize_global_localization", home=LocalisedRobots)
+@action("differential_drive_robot.reinitialize_global_localization", home=LocalisedRobots | Ros2System)
 async def reinitialize_global_localization(ctx: ActionContext, robot: Actor) -> None:
     """Discard the robot's pose estimate."""
+    if not ctx.is_home(robot, LocalisedRobots):
+        name = full_name(robot, "", "reinitialize_global_localization")
+        await call_service(ctx, name, "std_srvs/srv/Empty", {})
+        return
     robots, name = ctx.home(robot, LocalisedRobots)
     await ctx.ask(robots.reinitialize_global_localization(name))
 
 
-@action("differential_drive_robot.wait_for_localization", home=LocalisedRobots)
+@action("differential_drive_robot.wait_for_localization", home=LocalisedRobots | Ros2System)
 async def wait_for_localization(ctx: ActionContext, robot: Actor) -> None:
     """Wait until the robot has localized itself."""
+    if not ctx.is_home(robot, LocalisedRobots):
+        await wait_until_localized(ctx, robot, "")
+        return
     robots, name = ctx.home(robot, LocalisedRobots)
     await finish(ctx, partial(robots.watch_localization, name), robots.cancel_watch)
 

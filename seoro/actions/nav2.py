@@ -1,123 +1,32 @@
-"""Actions of `osc.nav2`: autonomous navigation.
+"""Actions of `osc.nav2`.
 
-A simulator navigates itself; behind a bridge, the robot's own navigation does. Parameters for topics and frames of
-Nav2 must have their defaults: the bridge knows the names of its robot.
+Actions that simulated robots support use the backend of the actor; others use the ROS 2 system of the run.
 """
 
-from __future__ import annotations
+# ruff: noqa: F401 - the library consists of what this module contains
 
-from collections.abc import Coroutine, Sequence
-from typing import Any
-
-from seoro.actions.goals import pursue
-from seoro.actions.localization import wait_for_localization
-from seoro.actions.ros_only import refuse_unless
-from seoro.errors import ActionFailed
-from seoro.robotics.geometry import Pose3D
-from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.backends import Reporter
-from seoro.runtime.contracts.robots import MobileRobots
-from seoro.runtime.functions.actions import action
-from seoro.runtime.values.values import Actor
-
-BASE = "base"  # one destination at a time
-
-
-@action("differential_drive_robot.init_nav2", home=MobileRobots)
-async def init_nav2(
-    ctx: ActionContext,
-    robot: Actor,
-    initial_pose: Pose3D,
-    base_frame_id: str,
-    use_initial_pose: bool,
-    namespace_override: str,
-    wait_for_initial_pose: bool,
-    wait_for_amcl: bool,
-) -> None:
-    """Prepare navigation and set the robot's initial pose."""
-    # `wait_for_amcl` always holds: setting a pose waits until the localization has accepted it, and goals wait for
-    # the navigation.
-    refuse_unless(base_frame_id=(base_frame_id, "base_link"), namespace_override=(namespace_override, ""))
-    if use_initial_pose:
-        robots, name = ctx.home(robot, MobileRobots)
-        await ctx.ask(robots.set_initial_pose(name, initial_pose))
-    if wait_for_initial_pose:
-        await wait_for_localization(ctx, robot)
-
-
-@action("differential_drive_robot.nav_to_pose", home=MobileRobots, uses=BASE)
-async def nav_to_pose(
-    ctx: ActionContext,
-    robot: Actor,
-    goal_pose: Pose3D,
-    namespace_override: str,
-    action_topic: str,
-    success_on_acceptance: bool,
-) -> None:
-    """Drive to a pose."""
-    refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "navigate_to_pose"))
-    await drive_through(ctx, robot, (goal_pose,), stop_at_each=False, success_on_acceptance=success_on_acceptance)
-
-
-@action("differential_drive_robot.nav_through_poses", home=MobileRobots, uses=BASE)
-async def nav_through_poses(
-    ctx: ActionContext,
-    robot: Actor,
-    goal_poses: Sequence[Pose3D],
-    namespace_override: str,
-    action_topic: str,
-    success_on_acceptance: bool,
-) -> None:
-    """Drive through poses without stopping at each."""
-    refuse_unless(
-        namespace_override=(namespace_override, ""), action_topic=(action_topic, "navigate_through_poses")
-    )
-    await drive_through(ctx, robot, goal_poses, stop_at_each=False, success_on_acceptance=success_on_acceptance)
-
-
-@action("differential_drive_robot.follow_waypoints", home=MobileRobots, uses=BASE)
-async def follow_waypoints(
-    ctx: ActionContext,
-    robot: Actor,
-    goal_poses: Sequence[Pose3D],
-    loop_count: int,
-    namespace_override: str,
-    action_topic: str,
-    success_on_acceptance: bool,
-) -> None:
-    """Drive to each pose in order, and repeat all of them `loop_count` times."""
-    refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "follow_waypoints"))
-    if loop_count < 0:
-        raise ActionFailed(f"invalid `loop_count`: expected at least 0, found {loop_count}")
-    poses = list(goal_poses) * (loop_count + 1)
-    await drive_through(ctx, robot, poses, stop_at_each=True, success_on_acceptance=success_on_acceptance)
-
-
-async def drive_through(
-    ctx: ActionContext,
-    robot: Actor,
-    poses: Sequence[Pose3D],
-    *,
-    stop_at_each: bool,
-    success_on_acceptance: bool = False,
-) -> None:
-    """Drive a robot through poses.
-
-    Args:
-        ctx: Context of the action.
-        robot: The robot.
-        poses: Poses in order, at least one.
-        stop_at_each: Whether to stop at each pose, not only at the last.
-        success_on_acceptance: Whether the action ends as soon as the goal is accepted.
-
-    Raises:
-        ActionFailed: `poses` is empty, or the robot does not arrive.
-    """
-    if not poses:
-        raise ActionFailed("no goal pose given; expected at least one")
-    robots, name = ctx.home(robot, MobileRobots)
-
-    def start(report: Reporter) -> Coroutine[Any, Any, str]:
-        return robots.navigate(name, poses, stop_at_each=stop_at_each, report=report)
-
-    await pursue(ctx, robot, BASE, start, robots.cancel_goal, success_on_acceptance=success_on_acceptance)
+from seoro.actions.nav2_docking import dock, dock_at_pose, undock
+from seoro.actions.nav2_goals import follow_waypoints, init_nav2, nav_through_poses, nav_to_pose
+from seoro.actions.nav2_gps import follow_gps_waypoints
+from seoro.actions.nav2_localization import request_nomotion_update
+from seoro.actions.nav2_motions import assisted_teleop, backup, drive_on_heading, spin, wait_in_place
+from seoro.actions.nav2_planning import (
+    check_path,
+    compute_path_through_poses,
+    compute_path_to_pose,
+    compute_route,
+    follow_computed_path,
+    smooth_path,
+    track_route,
+)
+from seoro.actions.nav2_services import (
+    check_lifecycle,
+    clear_costmap,
+    clear_costmap_around_robot,
+    clear_costmap_except_region,
+    limit_speed,
+    limit_speed_share,
+    load_map,
+    manage_lifecycle,
+    save_map,
+)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from urllib.parse import quote
 
-from seoro.actions.nav2 import BASE, drive_through
+from seoro.actions.nav2_goals import drive_through
+from seoro.actions.nav2_requests import BASE
 from seoro.errors import ActionFailed
 from seoro.files.world_names import WorldName
 from seoro.lang.frozen import Value

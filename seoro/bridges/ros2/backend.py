@@ -11,6 +11,7 @@ from anyio import CancelScope
 from anyio.abc import TaskGroup
 
 from seoro.bridges.ros2.clients.cancellation import cancel_goal
+from seoro.bridges.ros2.clients.editions import check_fits
 from seoro.bridges.ros2.clients.goals import Goal, sending_goal
 from seoro.bridges.ros2.clients.lifecycle import watching_lifecycle
 from seoro.bridges.ros2.clients.members import Members
@@ -128,7 +129,7 @@ class RosBackend:
         """Call a service once it has a server, and return its response."""
         node = await node_for_service(self._node, service, type_name)
         types = node.system.types
-        types.encode(f"{types.canonical(type_name)}_Request", request)  # raises errors before any wait
+        check_fits(types, f"{types.canonical(type_name)}_Request", request)
         async with node.calling(service, type_name) as client:
             await client.wait_for_server()
             return Members(await client.call(request))

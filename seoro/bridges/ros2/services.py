@@ -99,6 +99,14 @@ class Client:
             raise ServerFailed(f"the server of {self.service} failed: {reason}") from None
         return types.decode(f"{self.type}_Response", response)
 
+    def server_types(self) -> TypeStore:
+        """Return the definitions of the servers of the service; those of seoro without servers.
+
+        Raises:
+            WrongType, DefinitionMismatch: The service has another type, or another definition of it.
+        """
+        return match_types(self.service, self.type, self._graph.servers(self.service), self._types)[1]
+
     async def _check_connected(self, within: float = 0.0) -> None:
         """Raise `SystemLost` if the loss of the connection is known, or is noticed within a time [s]."""
         deadline = time.monotonic() + within

@@ -14,6 +14,7 @@ from tests.tools.reference.codes import codes
 from tests.tools.reference.commands import commands
 from tests.tools.reference.libraries import libraries
 from tests.tools.reference.robots import referenced_robots
+from tests.tools.reference.ros_errors import moveit_error_codes, nav2_error_codes
 from tests.tools.reference.rules import bridge_rules, simulator_rules
 from tests.tools.reference.schemas import campaign_file, lab_file, profile_file, robot_file, world_file
 from tests.tools.reference.verbs import executor_verbs, node_verbs, result_codes
@@ -26,6 +27,8 @@ GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
     "executor verbs": executor_verbs,
     "lab file": lab_file,
     "libraries": libraries,
+    "moveit error codes": moveit_error_codes,
+    "navigation error codes": nav2_error_codes,
     "node verbs": node_verbs,
     "profile file": profile_file,
     "referenced robots": referenced_robots,

@@ -20,6 +20,7 @@ from typing import Any
 import anyio
 
 from seoro.bridges.ros2.clients.cancellation import CANCEL_GOAL, ENDED, UNKNOWN, is_rejected
+from seoro.bridges.ros2.clients.editions import adapt, check_fits
 from seoro.bridges.ros2.clients.goal_ids import new_goal_id
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.errors import GoalRejected
@@ -187,7 +188,7 @@ async def sending_goal(
         CallFailed: The server does not respond.
     """
     action, type_name = node.resolve(action), node.system.types.canonical(type_name)
-    node.system.types.encode(f"{type_name}_Goal", goal)  # checks names and types before any wait
+    check_fits(node.system.types, f"{type_name}_Goal", goal)
     below, report = f"{action}/_action", note or log.warning
     services = {
         "send_goal": f"{type_name}_SendGoal",
@@ -207,7 +208,7 @@ async def sending_goal(
         subscribing = node.subscribing(topic, message, Qos(durability=durability, depth=FEEDBACK_DEPTH))
         messages = await stack.enter_async_context(subscribing)
         sent = Goal(action, new_goal_id(node.node.session), sending, result, canceling, on_unsettled)
-        await sent.send(goal, report)
+        await sent.send(adapt(sending.server_types(), f"{type_name}_Goal", goal), report)
         tasks = await stack.enter_async_context(background())
         tasks.start_soon(sent.fetch_result)
         tasks.start_soon(_forward_feedback, messages, sent.goal_id, feedback, report)

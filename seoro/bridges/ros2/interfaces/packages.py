@@ -20,6 +20,7 @@ from seoro.files.inputs import Kind, read_input_text
 
 DATA: Final = Path(__file__).with_name("data")
 _EDITIONS: Final = "editions"
+_EXTENDED: Final = {"nav_msgs": "nav_msgs-kilted.interfaces"}  # all interfaces of before, and further ones
 MAX_FILES: Final = 20_000  # in a folder of a user
 
 
@@ -112,10 +113,18 @@ def bundled_packages(distribution: str) -> dict[str, Package]:
     return {file.stem: bundled_package(file) for file in (DATA / distribution).glob("*.interfaces")}
 
 
-def editions(package: str) -> tuple[Package, ...]:
-    """Return all editions of a package that come with seoro, of all distributions and versions."""
+def editions(package: str) -> tuple[Mapping[str, Package], ...]:
+    """Return all editions of a package that come with seoro, each with the packages that it refers to.
+
+    They are those of all distributions and versions.
+    """
     files = (*DATA.glob(f"*/{package}.interfaces"), *DATA.glob(f"{_EDITIONS}/{package}-*.interfaces"))
-    return tuple(bundled_package(file) for file in sorted(files))
+    return tuple({**_extended(), package: bundled_package(file)} for file in sorted(files))
+
+
+@cache
+def _extended() -> Mapping[str, Package]:
+    return {name: bundled_package(DATA / _EDITIONS / file) for name, file in _EXTENDED.items()}
 
 
 def packages_in(folder: Path) -> dict[str, Package]:

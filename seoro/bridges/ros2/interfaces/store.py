@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -129,15 +129,18 @@ class TypeStore:
         name = self.canonical(name)
         if self.type_hash(name) == type_hash:
             return self
-        package = name.partition("/")[0]
-        for edition in editions(package):
-            store = TypeStore({**self._packages, package: edition})
+        for store in self.editions(name):
             try:
                 if store.type_hash(name) == type_hash:
                     return store
             except (UnknownInterface, InvalidDefinition):
                 continue  # the edition lacks the interface, or refers to unknown interfaces
         return None
+
+    def editions(self, name: str) -> Iterator[TypeStore]:
+        """Yield stores with the editions of the package of an interface that come with seoro."""
+        for edition in editions(self.canonical(name).partition("/")[0]):
+            yield TypeStore({**self._packages, **edition})
 
     def schema(self, name: str) -> str:
         """Return the definitions of a message and of its nested types, in the MCAP encoding `ros2msg`.

@@ -91,7 +91,7 @@ class MovingArm:
         start = [await self._joints.position(name) for name in names]
         speeds = [self._arm.joints[name] for name in names]
         goal = motions.trajectory_goal(names, request.points, start, speeds, request)
-        action = ActionGoal(self._arm.trajectory, FOLLOWS, goal, part=ARM, judge=motions.judge_trajectory)
+        action = ActionGoal(self._arm.trajectory, FOLLOWS, goal, part=ARM)
         await pursue(self._link, request.id, action)
 
     def _check_points(self, request: wire.FollowJointTrajectory, names: tuple[str, ...]) -> None:
@@ -131,7 +131,7 @@ class MovingArm:
         await self._plan(request, group, motions.pose_goal(self._arm, group, request))
 
     async def _plan(self, request: wire.ArmMotion, group: MoveGroup, goal: Mapping[str, Any]) -> None:
-        action = ActionGoal(group.action, PLANS, goal, part=ARM, judge=motions.judge_plan)
+        action = ActionGoal(group.action, PLANS, goal, part=ARM)
         await pursue(self._link, request.id, action)
 
     async def _grip(self, request: wire.GripperCommand) -> None:

@@ -8,25 +8,8 @@ from typing import Any
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.robots.profile import Arm, MoveGroup
-from seoro.bridges.serving.work import GoalAborted
 
 SPHERE = 2  # shape_msgs/msg/SolidPrimitive
-SUCCESS = 1  # moveit_msgs/msg/MoveItErrorCodes
-REASONS = {
-    99999: "failure",
-    -1: "no plan found",
-    -2: "invalid plan",
-    -3: "the environment changed during the motion",
-    -4: "the controller failed",
-    -6: "timeout",
-    -7: "preempted by another goal",
-    -10: "collision at the start",
-    -12: "collision at the goal",
-    -15: "unknown group of joints",
-    -16: "contradictory goal constraints",
-    -21: "unknown frame of the goal",
-    -31: "the pose is out of reach",
-}
 PLANNING_TIME = 5.0  # [s]
 ATTEMPTS = 5
 PEAK = 1.5  # ratio of peak and mean speed on a cubic from rest to rest, as controllers interpolate
@@ -94,18 +77,6 @@ def _planned(group: MoveGroup, constraints: Fields, motion: wire.ArmMotion) -> F
     }
 
 
-def judge_plan(result: Mapping[str, Any]) -> str:
-    """Judge the result of a MoveIt goal.
-
-    Raises:
-        GoalAborted: The motion failed, even if the goal succeeded.
-    """
-    code = int(result["error_code"]["val"])
-    if code != SUCCESS:
-        raise GoalAborted(f"MoveIt: {REASONS.get(code, 'the motion failed')} (error {code})")
-    return ""
-
-
 def trajectory_goal(
     names: Sequence[str],
     points: Sequence[Sequence[float]],
@@ -134,14 +105,3 @@ def trajectory_goal(
         "goal_tolerance": [{"name": name, "position": motion.tolerance} for name in names],
         "goal_time_tolerance": geometry.stamp(SETTLING),
     }
-
-
-def judge_trajectory(result: Mapping[str, Any]) -> str:
-    """Judge the result of a trajectory controller.
-
-    Raises:
-        GoalAborted: The motion failed, even if the goal succeeded.
-    """
-    if code := int(result.get("error_code", 0)):
-        raise GoalAborted(f"the controller: {result.get('error_string') or 'the motion failed'} (error {code})")
-    return ""

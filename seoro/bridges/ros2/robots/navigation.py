@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable
 
 from seoro.bridges import wire
 from seoro.bridges.ros2 import geometry
@@ -12,7 +11,6 @@ from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.robots.link import RobotLink
 from seoro.bridges.ros2.robots.profile import Base
 from seoro.bridges.ros2.robots.pursuit import ActionGoal, pursue
-from seoro.bridges.serving.work import GoalAborted
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite
 
@@ -37,7 +35,7 @@ def _goal(link: RobotLink, base: Base, request: wire.NavigateThroughPoses) -> Ac
     report = _feedback_reporter(link, request.feedback_period, len(poses))
     goal = {"poses": poses}
     if request.stop_at_each:
-        return ActionGoal(base.follow_waypoints, FOLLOW_WAYPOINTS, goal, report, judge=_check_reached)
+        return ActionGoal(base.follow_waypoints, FOLLOW_WAYPOINTS, goal, report)
     if len(poses) == 1:
         return ActionGoal(base.navigate_to_pose, NAVIGATE_TO_POSE, {"pose": poses[0]}, report)
     return ActionGoal(base.navigate_through_poses, NAVIGATE_THROUGH_POSES, goal, report)
@@ -83,12 +81,3 @@ def _converted(robot: str, now: float, feedback: Members, poses: int) -> wire.Na
         number_of_recoveries=int(feedback.get("number_of_recoveries", 0)),
         number_of_poses_remaining=poses - int(feedback.get("current_waypoint", 0)) if left is None else int(left),
     )
-
-
-def _check_reached(result: Mapping[str, Any]) -> str:
-    missed: Sequence[Any] = result.get("missed_waypoints", ())
-    if len(missed):
-        # A number in Humble, a message with the number in later distributions.
-        numbers = [each.get("index", 0) if isinstance(each, Mapping) else each for each in missed]
-        raise GoalAborted(f"missed waypoints: {', '.join(str(int(number) + 1) for number in numbers)}")
-    return ""

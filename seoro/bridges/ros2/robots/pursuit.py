@@ -19,6 +19,7 @@ from seoro.bridges.serving.work import GoalAborted, GoalInterrupted
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import BackendError, BackendLost, SeoroError
+from seoro.robotics.goal_results import describe_failure
 from seoro.runtime.contracts.backends import GoalStatus
 from seoro.runtime.contracts.ros2 import GoalResult
 
@@ -37,7 +38,8 @@ class ActionGoal:
         goal: Members of the goal.
         feedback: Called with feedback.
         part: Part of the robot that moves, such as its gripper.
-        judge: Called with the result of a goal; returns a description, or raises `GoalAborted`.
+        judge: Called with the result of a goal unless it has a known failure; returns a description, or raises
+            `GoalAborted`.
     """
 
     action: str
@@ -137,19 +139,11 @@ async def _wait_for_server(link: RobotLink, goal: ActionGoal) -> None:
 
 
 def _judge(goal: ActionGoal, end: GoalResult) -> str:
-    match end.status:
-        case GoalStatus.SUCCEEDED:
-            return goal.judge(end.result)
-        case GoalStatus.CANCELED:
-            raise GoalAborted(f"{goal.action}: another client has canceled the goal")
-        case GoalStatus.ABORTED:
-            goal.judge(end.result)  # the result may have the reason
-            raise GoalAborted(f"{goal.action}: the robot has aborted the goal{_reason(end.result)}")
-
-
-def _reason(result: Mapping[str, Any]) -> str:
-    """Return the reason of a failure in a result of Nav2 or MoveIt; empty if it is unknown."""
-    code, message = result.get("error_code"), result.get("error_msg") or result.get("error_string")
-    number = code.get("val") if isinstance(code, Mapping) else code
-    text = f": {message}" if message else ""
-    return f" (error {number}){text}" if number else text
+    if end.status is GoalStatus.CANCELED:
+        raise GoalAborted(f"{goal.action}: another client has canceled the goal")
+    if failure := describe_failure(goal.type, end.result):
+        raise GoalAborted(f"{goal.action}: {failure}")
+    text = goal.judge(end.result)  # raises if it finds a reason
+    if end.status is GoalStatus.ABORTED:
+        raise GoalAborted(f"{goal.action}: the robot has aborted the goal")
+    return text

@@ -77,7 +77,10 @@ async def test_joints_are_moved_by_plans(arm: BridgedArm) -> None:
         await node.move_joints("planned", (3.1, *ALL[1:]), (), MANNER, far)
         report = await far.wait()
         assert report.status is GoalStatus.ABORTED
-        assert report.message == "MoveIt: collision at the goal (error -12)"
+        assert report.message == (
+            "move_action: MoveIt: collision at the goal; look at the planning scene there "
+            "(GOAL_IN_COLLISION, error -12)"
+        )
     request = arm.goals("MoveGroup")[0]["request"]
     assert (request["group_name"], request["max_velocity_scaling_factor"]) == ("ur_manipulator", 0.5)
     wanted = request["goal_constraints"][0]["joint_constraints"]
