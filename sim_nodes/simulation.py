@@ -40,16 +40,26 @@ class Simulation(CommandedWorld):
         seen = any(pipeline.is_active for pipeline in self._rendered)
         return seen or self.recording.is_recording or self.entities.cameras.is_busy
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, *, past_feedback: bool = False) -> None:
         """Simulate to the first step at or after a time, or to the end of the step with an event.
 
         An emergency stop, from another thread, also ends it.
+
+        Args:
+            until: The time [s].
+            past_feedback: Whether feedback does not end it.
         """
         self.run_data.follow_bodies(self.tick)
-        while not self.pending and self.time < until and not self.halted.is_set():
+        while self.is_quiet(past_feedback=past_feedback) and self.time < until and not self.halted.is_set():
             self._advance_to(until)
         for name in self.robots:
             check_state(name, self.engine.body_state(name), self.time)
+
+    def is_quiet(self, *, past_feedback: bool) -> bool:
+        """Return whether no event is pending, or nothing but feedback that does not count."""
+        if not self.pending:
+            return True
+        return past_feedback and all(isinstance(event, wire.NavigationFeedback) for event in self.pending)
 
     def run(self, until: float) -> None:
         """Simulate to the first step at or after a time, regardless of events except an emergency stop."""
@@ -98,6 +108,12 @@ class Simulation(CommandedWorld):
         """Return the events since the last call."""
         events, self.pending = self.pending, []
         return events
+
+    def drop_feedback(self, until: float) -> None:
+        """Drop the pending feedback up to a time [s]."""
+        self.pending = [
+            event for event in self.pending if not isinstance(event, wire.NavigationFeedback) or event.time > until
+        ]
 
     def _tick(self, tick: int) -> None:
         self.entities.cameras.tick(tick)

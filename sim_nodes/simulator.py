@@ -94,12 +94,13 @@ class Simulator(LoadedWorld):
         """Accept grants again."""
         self._halted.clear()
 
-    def advance(self, until: float, horizon: float | None) -> wire.Advanced:
+    def advance(self, until: float, horizon: float | None, *, collects_feedback: bool = False) -> wire.Advanced:
         """Execute a grant of time.
 
         Args:
             until: End of the grant [s].
             horizon: Time up to which the simulation may go ahead without events [s].
+            collects_feedback: Whether it may go ahead past feedback.
         """
         end = until if horizon is None else horizon
         if not math.isfinite(until) or not math.isfinite(end):
@@ -107,8 +108,8 @@ class Simulator(LoadedWorld):
         simulation = self.simulation
         self._check_paused("advance")
         simulation.advance(until)
-        if horizon is not None and simulation.time >= until and not simulation.pending:
-            self._ahead = simulate_ahead(simulation, horizon)
+        if horizon is not None and simulation.time >= until:
+            self._ahead = simulate_ahead(simulation, horizon, past_feedback=collects_feedback)
         events = simulation.collect()
         film, film_error = simulation.recording.drain()
         samples, dropped = self.tracks.take()

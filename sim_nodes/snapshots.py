@@ -9,6 +9,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from hashlib import blake2b
 from pathlib import Path
 from time import monotonic
@@ -206,8 +207,13 @@ class Lookahead:
     tracks: Mark
 
 
-def simulate_ahead(simulation: Simulation, horizon: float) -> Lookahead | None:
+def simulate_ahead(simulation: Simulation, horizon: float, *, past_feedback: bool) -> Lookahead | None:
     """Simulate to a horizon [s], to the next event, or for as long as a client may be kept waiting.
+
+    Args:
+        simulation: The simulation.
+        horizon: The horizon [s].
+        past_feedback: Whether feedback does not end it.
 
     Returns:
         The state to return to; None if nothing was simulated.
@@ -215,7 +221,8 @@ def simulate_ahead(simulation: Simulation, horizon: float) -> Lookahead | None:
     engine = simulation.engine
     # Streamed, recorded and followed output cannot be withdrawn.
     shown = simulation.is_rendering or simulation.streams.are_open or simulation.log.is_followed
-    if horizon <= simulation.time or shown or not isinstance(engine, Rewinds):
+    is_quiet = partial(simulation.is_quiet, past_feedback=past_feedback)
+    if horizon <= simulation.time or shown or not is_quiet() or not isinstance(engine, Rewinds):
         return None
     deadline = monotonic() + LONGEST
     checkpoint = engine.checkpoint()
@@ -226,8 +233,8 @@ def simulate_ahead(simulation: Simulation, horizon: float) -> Lookahead | None:
         simulation.time, checkpoint, deep_copy(simulation.save()), simulation.log.number, simulation.tracks.mark()
     )
     try:
-        while simulation.time < horizon and not simulation.pending and monotonic() < deadline:
-            simulation.advance(min(simulation.time + SLICE, horizon))
+        while simulation.time < horizon and is_quiet() and monotonic() < deadline:
+            simulation.advance(min(simulation.time + SLICE, horizon), past_feedback=past_feedback)
     except UnstablePhysics:  # reported by the grant that reaches it
         return_to(simulation, ahead, ahead.time)
         return None
@@ -242,3 +249,4 @@ def return_to(simulation: Simulation, ahead: Lookahead, time: float) -> None:
     simulation.log.rewind(ahead.number)
     simulation.tracks.rewind(ahead.tracks)
     simulation.run(time)
+    simulation.drop_feedback(time)  # the answer that went ahead had it

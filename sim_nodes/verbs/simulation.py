@@ -41,7 +41,7 @@ def reset_simulation(simulator: Simulator, request: wire.ResetSimulation) -> Non
 
 
 def advance(simulator: Simulator, request: wire.Advance) -> wire.Advanced:
-    return simulator.advance(request.until, request.horizon)
+    return simulator.advance(request.until, request.horizon, collects_feedback=request.collects_feedback)
 
 
 def rewind(simulator: Simulator, request: wire.Rewind) -> wire.SimulationTime:

@@ -66,6 +66,34 @@ async def test_many_small_grants_need_few_requests(make: Make) -> None:
         assert set(counter.verbs) == {"advance"}
 
 
+async def feedback_of(make: Make, grant: float, *, goes_ahead: bool) -> tuple[list[object], int]:
+    """Return the feedback of a robot that navigates with the times of its reports, and the number of grants."""
+    async with started(make) as bench:
+        node = bench.backend
+        assert isinstance(node, SimulatorNode)
+        node._rewinds &= goes_ahead
+        await bench.cast(MobileRobots).set_initial_pose(bench.robot, place(0.0, 0.0))
+        counter = Counter(bench)
+        await node.navigate(bench.robot, [place(3.0, 3.0)], stop_at_each=False, report=Reports())
+        found: list[object] = []
+        while bench.time < 8.0:
+            bench.happened.clear()
+            await bench.grant(round(bench.time + grant, 9))
+            found += [(bench.time, *each) for each in bench.happened]
+            if bench.time == pytest.approx(6.0):  # inside an answer that goes ahead
+                found.append(await bench.truth())
+        return found, counter.verbs.count("advance")
+
+
+@pytest.mark.parametrize("grant", [1.0, 0.3])
+async def test_feedback_needs_no_requests_and_keeps_its_times(make: Make, grant: float) -> None:
+    expected, grants = await feedback_of(make, grant, goes_ahead=False)
+    found, fewer = await feedback_of(make, grant, goes_ahead=True)
+    assert found == expected
+    assert len(found) >= 8
+    assert fewer < grants
+
+
 async def test_a_request_after_each_grant_causes_no_rewind(make: Make) -> None:
     async with started(make) as bench:
         counter = Counter(bench)

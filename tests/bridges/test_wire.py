@@ -18,7 +18,8 @@ def test_a_message_survives_the_wire() -> None:
 
 
 def test_a_message_is_a_plain_map_on_the_wire() -> None:
-    assert msgpack.unpackb(wire.encode(wire.Advance(until=2.5))) == {"until": 2.5, "horizon": None}
+    plain = {"until": 2.5, "horizon": None, "collects_feedback": False}
+    assert msgpack.unpackb(wire.encode(wire.Advance(until=2.5))) == plain
 
 
 def test_binary_data_stays_binary() -> None:

@@ -49,8 +49,12 @@ class Client:
     def localise(self, at: Pose3D | None = None) -> None:
         self.ask(wire.SET_INITIAL_POSE, wire.SetInitialPose(robot=ROBOT, pose=at or pose(0.0, 0.0)))
 
-    def navigate(self, *poses: Pose3D, goal: str = "goal", stop_at_each: bool = False) -> None:
-        request = wire.NavigateThroughPoses(id=goal, robot=ROBOT, poses=poses, stop_at_each=stop_at_each)
+    def navigate(
+        self, *poses: Pose3D, goal: str = "goal", stop_at_each: bool = False, feedback_period: float = 0.0
+    ) -> None:
+        request = wire.NavigateThroughPoses(
+            id=goal, robot=ROBOT, poses=poses, stop_at_each=stop_at_each, feedback_period=feedback_period
+        )
         self.ask(wire.NAVIGATE_THROUGH_POSES, request)
 
     def spawn(self, name: str, at: Pose3D, model: str = BOX, *, rename: bool = False) -> str:

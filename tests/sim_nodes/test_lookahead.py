@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from operator import attrgetter
 
 import pytest
 
@@ -29,8 +30,9 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(going_ahead, "LONGEST", 60.0)  # [s]
 
 
-def ahead(client: Client, until: float, horizon: float) -> wire.Advanced:
-    return client.ask(wire.ADVANCE, wire.Advance(until=until, horizon=horizon))
+def ahead(client: Client, until: float, horizon: float, *, collects_feedback: bool = False) -> wire.Advanced:
+    grant = wire.Advance(until=until, horizon=horizon, collects_feedback=collects_feedback)
+    return client.ask(wire.ADVANCE, grant)
 
 
 def rewind(client: Client, time: float) -> float:
@@ -41,7 +43,7 @@ def busy(engine: str) -> Client:
     """Return a client of a driving robot with a noisy lidar, beside a box that falls onto another."""
     client = Client("maze", 3, engine)
     client.localise()
-    client.navigate(pose(1.5, 1.5))
+    client.navigate(pose(1.5, 1.5), feedback_period=0.3)
     client.ask(wire.WATCH_DISTANCE, wire.WatchDistance(id="way", robot=ROBOT, distance=0.4))
     client.ask(wire.SPAWN_PERSON, wire.SpawnPerson(name="guest", pose=pose(-2.0, 0.0)))
     low, high = wire.Position3D(-3.0, -3.0), wire.Position3D(0.0, 3.0)
@@ -69,12 +71,15 @@ def there_and_back(client: Client, until: float, draw: random.Random) -> list[ob
     seen: list[object] = []
     while (now := client.simulator.time) < until:
         grant = min(until, round(now + 0.02, 9))
-        advanced = ahead(client, grant, min(until, now + draw.choice((0.1, 0.5, 2.0))))
+        horizon = min(until, now + draw.choice((0.1, 0.5, 2.0)))
+        advanced = ahead(client, grant, horizon, collects_feedback=draw.random() < 0.5)
         if advanced.time > grant and draw.random() < 0.7:
             back = draw.uniform(grant, advanced.time)
             assert back <= rewind(client, back) < back + 0.005
+            seen += [each for each in advanced.feedback if each.time <= back]
             continue
-        seen += [*advanced.contacts, *advanced.occurrences, *advanced.feedback]
+        events = [*advanced.contacts, *advanced.occurrences, *advanced.feedback]
+        seen += sorted(events, key=attrgetter("time"))
     return seen
 
 
@@ -92,6 +97,7 @@ def test_rewinding_leaves_no_trace(seed: int, engine: str) -> None:
     assert there_and_back(other, END, random.Random(seed)) == happened
     assert {"noise", "way"} <= {each.id for each in happened if isinstance(each, wire.Occurrence)}
     assert any(isinstance(each, wire.Contact) for each in happened)
+    assert any(isinstance(each, wire.NavigationFeedback) for each in happened)
     assert differences(one.simulator.simulation, other.simulator.simulation) == []
     assert kept(one) == kept(other)
 
@@ -122,6 +128,20 @@ def test_a_node_simulates_ahead_to_the_first_event(engine: str) -> None:
     assert 0.02 < advanced.time < 4.0
     assert rewind(client, 0.1) == pytest.approx(0.1)
     assert client.advance(4.0).contacts == advanced.contacts
+
+
+@on_both
+def test_feedback_ends_it_only_for_clients_that_do_not_collect_it(engine: str) -> None:
+    client = Client("maze", engine=engine)
+    client.localise()
+    client.navigate(pose(1.5, 1.5), feedback_period=0.5)
+    assert [each.time for each in ahead(client, 0.5, 2.2).feedback] == [pytest.approx(0.5)]
+    assert rewind(client, 0.5) == pytest.approx(0.5)
+    advanced = ahead(client, 1.0, 2.2, collects_feedback=True)
+    assert advanced.time == pytest.approx(2.2)
+    assert [each.time for each in advanced.feedback] == pytest.approx([1.0, 1.5, 2.0])
+    assert rewind(client, 1.5) == pytest.approx(1.5)
+    assert client.advance(2.2).feedback == advanced.feedback[2:]
 
 
 @pytest.mark.engine("mujoco")

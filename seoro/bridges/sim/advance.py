@@ -2,12 +2,14 @@
 
 Many grants end at a deadline of the run, without a request to the node. After several such grants, the next one
 also announces a horizon: the time of the expected further grants. The node simulates up to it, and its answer
-serves these grants, too. Another request first rewinds the node to the time of the run. The simulation and the
-times of its reports are the same to the bit.
+serves these grants, too. Another request first rewinds the node to the time of the run. Feedback in such an
+answer is reported at its times, since it hardly ever causes a request. The simulation and the times of its reports
+are the same to the bit.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 
 from seoro.bridges import wire
@@ -132,6 +134,7 @@ class AdvanceRequests(TrackRequests, RecordingRequests):
         self._rewinds = wire.REWIND.name in features.features
         self.time = features.time
         self._ahead: wire.Advanced | None = None  # answer ahead of the run, for the next grants
+        self._feedback: deque[wire.NavigationFeedback] = deque()  # of that answer, not reported yet
         self._back: float | None = None  # time of the run while the node may be ahead [s]
 
     async def advance(self, until: float) -> float:
@@ -146,18 +149,26 @@ class AdvanceRequests(TrackRequests, RecordingRequests):
             horizon = self._horizon(until)
             advanced, may_be_ahead = await self._advance(until, horizon), horizon is not None
             self.keep_samples(advanced)
+            self._feedback = deque(advanced.feedback)
         reached = max(self.time, self._end_of(until))
+        if self._feedback:
+            reached = max(self.time, min(reached, self._feedback[0].time))
         if may_be_ahead and reached < advanced.time:
             if self._back is not None:  # else another request has rewound the node meanwhile
                 self._ahead, self._back = advanced, reached
             self.time = reached
             self.report_samples(reached)
+            self._report_feedback(reached)
             return reached
         self._ahead = self._back = None
         self.time = advanced.time
         self.report_samples(advanced.time)
         await self._report(advanced)
         return advanced.time
+
+    def _report_feedback(self, until: float) -> None:
+        while self._feedback and self._feedback[0].time <= until:
+            self.report_event(self._feedback.popleft())
 
     def _horizon(self, until: float) -> float | None:
         """Return the time up to which the node simulates ahead; None for not at all."""
@@ -172,10 +183,10 @@ class AdvanceRequests(TrackRequests, RecordingRequests):
         if self.is_recording:  # the clock grants the rest afterwards
             until = min(until, self.time + RECORDED_GRANT)
         self._back = None if horizon is None else self._end_of(until)
-        request = wire.Advance(until=until, horizon=horizon)
+        request = wire.Advance(until=until, horizon=horizon, collects_feedback=horizon is not None)
         advanced = await super().ask(wire.ADVANCE, request, GRANT_TIMEOUT)
         self._rules.check(self.time, self._end_of(until if horizon is None else horizon), advanced)
-        if horizon is not None:
+        if horizon is not None and not advanced.feedback:
             self._lookahead.ended(advanced.time - until)
         return advanced
 
@@ -192,8 +203,9 @@ class AdvanceRequests(TrackRequests, RecordingRequests):
         return await super().ask(verb, request, timeout)
 
     async def _report(self, advanced: wire.Advanced) -> None:
-        for event in (*advanced.contacts, *advanced.departures, *advanced.feedback, *advanced.occurrences):
+        for event in (*advanced.contacts, *advanced.departures, *self._feedback, *advanced.occurrences):
             self.report_event(event)
+        self._feedback.clear()
         await self.write_film(advanced.film, advanced.film_error)
 
 

@@ -81,17 +81,19 @@ class Advance(Message):
     """Grant of time: simulate to `until`, or to the first occurrence, contact or feedback before it.
 
     A client may announce a `horizon` up to which it expects to grant time without other requests. The node then
-    simulates ahead to it, or to the first event, and `rewind` undoes that.
+    simulates ahead to it, or to the first event, and `rewind` undoes that. Clients that collect feedback report it
+    at its times, so it does not end the simulation ahead.
     """
 
     until: float
     horizon: float | None = None
+    collects_feedback: bool = False
 
 
 class Advanced(Message):
     """Reply to a grant: the reached time and all events up to it, in order.
 
-    A time after `until` means that no event occurred before.
+    A time after `until` means that no event occurred before, except collected feedback.
     """
 
     time: float
