@@ -1,13 +1,20 @@
-"""Records in compressed blocks, so that a page shows any record without reading all of them."""
+"""Records in blocks, so that a page shows any record without reading all of them.
+
+A block is ranges of the trace. Its lines are read and compressed when a page asks for them.
+"""
 
 from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Iterator
-from typing import Any, Final
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, TypeAlias
 
 from seoro.report.columns import Packed, small
+
+ReadAt: TypeAlias = Callable[[int, int], bytes]  # bytes of a trace, by their offset and number
 
 _LINES: Final = 2_000  # of a block
 _BYTES: Final = 1 << 20  # [bytes] of a block before compression; longer lines have their own blocks
@@ -36,41 +43,78 @@ _WALL: Final = re.compile(rb', "wall": "[^"]*"(?=, "kind": )')
 _HEAD: Final = re.compile(rb'(\n\{)"seq": \d+, ("t": [^,\n]+, )"wall": "[^"\n]*", (?="kind": )')
 
 
+@dataclass(frozen=True)
+class Block:
+    """Ranges of a trace that have the lines of a block.
+
+    Args:
+        ranges: Start and end of each range, in turn [bytes].
+        head: First line; empty if it is that of the trace.
+    """
+
+    ranges: Sequence[int]
+    head: bytes = b""
+
+    def compressed(self, read: ReadAt) -> bytes:
+        """Compress the lines without wall times and numbers that count on, which would take half of the space.
+
+        Args:
+            read: Reads the trace.
+        """
+        bounds = zip(self.ranges[::2], self.ranges[1::2], strict=True)
+        parts = [read(start, end - start) for start, end in bounds]
+        if self.head:
+            _, line_break, rest = parts[0].partition(b"\n")
+            parts[0] = self.head + line_break + rest
+        # First lines of ranges lose only the wall time. Without it, they do not match `_HEAD`.
+        lines = b"\n".join(map(_without_first_wall, parts))
+        return zlib.compress(b"".join(_HEAD.split(lines)), _LEVEL)
+
+
 class Blocks:
-    """Lines of a trace.
+    """All blocks of a trace.
 
     Attributes:
-        closed: Compressed blocks (zlib) that no longer grow.
+        head: First line; empty if it is that of the trace.
     """
 
     def __init__(self) -> None:
-        self.closed: list[bytes] = []
-        self._firsts: list[tuple[int, float]] = []  # number and time of the first record of each block
-        self._counts: list[int] = []  # of lines in closed blocks
+        self.head = b""
+        self._firsts: list[tuple[int, float, int]] = []  # seq, time and position of the first record of each block
+        self._ranges: list[array[int]] = []  # of each block; the last one has no end
         self._kinds = small()
-        self._lines: list[bytes] = []
-        self._next = 0  # number of the next record, unless some are left out
-        self._size = 0
+        self._seq = -1  # of the last record
+        self._end = -1  # of its line
+        self._most_lines = 0  # where the last block ends
+        self._most_bytes = 0  # the same [bytes]
 
-    def add(self, line: bytes, seq: int, time: float, kind: int) -> None:
+    def add(self, start: int, end: int, seq: int, time: float, kind: int) -> None:
         """Append a line.
 
         Args:
-            line: JSON without a line break.
+            start: Its start in the trace [bytes].
+            end: Its end, without the line break [bytes].
             seq: Number of the record.
             time: Its time [s].
             kind: Number of its kind in `KINDS`.
         """
-        lines = self._lines
-        if len(lines) >= _LINES or self._size > _BYTES:
-            self._close()
-        if not lines:
-            self._firsts.append((seq, time))
-        self._kinds.append(kind)
-        # Numbers that count on are left out with the wall time; all other lines lose only that.
-        lines.append(line if seq == self._next and lines else _WALL.sub(b"", line, 1))
-        self._next = seq + 1
-        self._size += len(line)
+        kinds = self._kinds
+        is_next = start == self._end + 1 and seq == self._seq + 1
+        if not is_next or len(kinds) >= self._most_lines or start > self._most_bytes:
+            self._begin_range(start, seq, time)
+        kinds.append(kind)
+        self._seq, self._end = seq, end
+
+    def _begin_range(self, start: int, seq: int, time: float) -> None:
+        lines = len(self._kinds)
+        if self._ranges:
+            self._ranges[-1].append(self._end)
+            self._most_bytes += start - self._end  # lines that are left out do not count
+        if lines >= self._most_lines or start > self._most_bytes:
+            self._most_lines, self._most_bytes = lines + _LINES, start + _BYTES
+            self._firsts.append((seq, time, lines))
+            self._ranges.append(array("q"))
+        self._ranges[-1].append(start)
 
     def pack(self, packed: Packed) -> list[list[Any]]:
         """Append the column with the kinds.
@@ -79,31 +123,29 @@ class Blocks:
             First `seq`, first time, number of lines and number of each block that is new or may have grown.
         """
         packed.add_table("records", [("kind", self._kinds)])
-        start = packed.start("blocks")
-        packed.position["blocks"] = len(self.closed)
-        counts = [*self._counts, len(self._lines)]
-        return [[*self._firsts[number], counts[number], number] for number in range(start, len(self._firsts))]
+        known = packed.start("blocks")
+        packed.position["blocks"] = max(len(self._firsts) - 1, 0)
+        positions = [*(position for _, _, position in self._firsts), len(self._kinds)]
+        return [
+            [seq, time, positions[number + 1] - position, number]
+            for number, (seq, time, position) in enumerate(self._firsts[known:], known)
+        ]
 
-    def compressed(self, number: int) -> bytes:
-        """Return the lines of a block until now, compressed.
+    def __getitem__(self, number: int) -> Block:
+        """Return a block until now.
 
         Raises:
             IndexError: The block does not exist.
         """
-        if not 0 <= number < len(self._firsts):
-            raise IndexError(number)
-        return self.closed[number] if number < len(self.closed) else self._compress()
+        ranges = self._ranges[number]
+        ends = (self._end,) if len(ranges) % 2 else ()
+        return Block((*ranges, *ends), b"" if number else self.head)
 
-    def all(self) -> Iterator[bytes]:
+    def __iter__(self) -> Iterator[Block]:
         """Yield all blocks."""
-        return map(self.compressed, range(len(self._firsts)))
+        return map(self.__getitem__, range(len(self._ranges)))
 
-    def _close(self) -> None:
-        self.closed.append(self._compress())
-        self._counts.append(len(self._lines))
-        self._lines.clear()
-        self._size = 0
 
-    def _compress(self) -> bytes:
-        """Compress the lines without wall times and numbers that count on, which would take half of the space."""
-        return zlib.compress(b"".join(_HEAD.split(b"\n".join(self._lines))), _LEVEL)
+def _without_first_wall(lines: bytes) -> bytes:
+    first, line_break, rest = lines.partition(b"\n")
+    return _WALL.sub(b"", first, 1) + line_break + rest

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Final
 
 from seoro.files.cache import cache_folder, digest_of, read_cached, stamps_of, write_cached
 from seoro.files.inputs import resolved
+from seoro.report.blocks import Block
 from seoro.report.folder import RESULTS
 
 _ROOT: Final = Path(__file__).parent.parent
@@ -30,12 +31,12 @@ class Index:
     Args:
         status: Status of the run.
         frame: First frame of a page.
-        blocks: Compressed blocks of records.
+        blocks: Blocks of records, which are in the trace.
     """
 
     status: str
     frame: bytes
-    blocks: Sequence[bytes]
+    blocks: Sequence[Block]
 
 
 def place_of(trace: Path, folder: Path | None) -> Path | None:
@@ -79,21 +80,13 @@ def store(place: Path, index: Index) -> None:
 
 
 def _encoded(index: Index) -> bytes:
-    frame = zlib.compress(index.frame, _LEVEL)
-    sizes = [len(frame), *map(len, index.blocks)]
-    head = json.dumps({"status": index.status, "sizes": sizes}).encode()
-    return b"".join((head, b"\n", frame, *index.blocks))
+    blocks = [[block.head.decode(), *block.ranges] for block in index.blocks]
+    head = json.dumps({"status": index.status, "blocks": blocks}).encode()
+    return b"\n".join((head, zlib.compress(index.frame, _LEVEL)))
 
 
 def _decoded(data: bytes) -> Index:
-    head, _, rest = data.partition(b"\n")
+    head, _, frame = data.partition(b"\n")
     found = json.loads(head)
-    frame, *blocks = _parts(rest, found["sizes"])
+    blocks = [Block(ranges, text.encode()) for text, *ranges in found["blocks"]]
     return Index(found["status"], zlib.decompress(frame), blocks)
-
-
-def _parts(data: bytes, sizes: Sequence[int]) -> Iterator[bytes]:
-    start = 0
-    for size in sizes:
-        yield data[start : start + size]
-        start += size

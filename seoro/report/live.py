@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 
+from seoro.report.blocks import ReadAt
 from seoro.report.columns import BEGIN, Position
 from seoro.report.folder import Results, results_of
 from seoro.report.frames import Frame, status_of
@@ -29,10 +30,11 @@ class Cursor:
 
 
 class LiveRun:
-    """Data of a run for any number of pages. Threads may share it."""
+    """Data of a run for any number of pages, without a trace until `restart`. Threads may share it."""
 
     def __init__(self) -> None:
         self._lock = Lock()
+        self._read: ReadAt = _no_trace
         self._run = 0
         self._version = 0
         self._reading = Reading()
@@ -66,9 +68,14 @@ class LiveRun:
             self._reading.finish()
             self._results = results_of(folder, self._reading)
 
-    def restart(self) -> None:
-        """Forget all data, since the trace was replaced. Pages receive first frames."""
+    def restart(self, read: ReadAt) -> None:
+        """Forget all data, since the trace was opened or replaced. Pages receive first frames.
+
+        Args:
+            read: Reads the new trace.
+        """
         with self._lock:
+            self._read = read
             self._run += 1
             self._version += 1
             self._reading = Reading()
@@ -79,12 +86,13 @@ class LiveRun:
         """Return all data of a finished run."""
         status, (frame, _) = self.status, self.frame()
         with self._lock:
-            return Index(status, frame, list(self._reading.blocks.all()))
+            return Index(status, frame, list(self._reading.blocks))
 
     def load(self, index: Index) -> None:
         """Take the data of a finished run instead of reading its trace."""
-        self.restart()
-        self._index = index
+        with self._lock:
+            self._version += 1
+            self._index = index
 
     def is_current(self, cursor: Cursor | None) -> bool:
         """Return whether a page has all data."""
@@ -114,10 +122,15 @@ class LiveRun:
 
         Raises:
             IndexError: The block does not exist.
+            OSError: The trace cannot be read.
         """
+        if number < 0:
+            raise IndexError(number)
         with self._lock:
-            if self._index is None:
-                return self._reading.blocks.compressed(number)
-            if number < 0:
-                raise IndexError(number)
-            return self._index.blocks[number]
+            blocks = self._reading.blocks if self._index is None else self._index.blocks
+            found, read = blocks[number], self._read
+        return found.compressed(read)
+
+
+def _no_trace(start: int, size: int) -> bytes:
+    return b""

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import shutil
 import zlib
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import IO, Final
 
+from seoro.report.blocks import ReadAt
 from seoro.report.fallback import content, safe, verdict_word
 from seoro.report.folder import results_of
 from seoro.report.frames import Frame, command_of
@@ -44,7 +48,7 @@ def write_report(trace: IO[bytes], folder: Path | None, output: IO[str], *, spac
     """Write the report of a run.
 
     Args:
-        trace: Trace, as JSON Lines.
+        trace: Trace, as JSON Lines. It is read once for the data, and again for the records.
         folder: Folder with other results of the run; None for none.
         output: File for the report.
         space: Whether the page can show the world in three dimensions; this adds 0.6 MB.
@@ -56,17 +60,39 @@ def write_report(trace: IO[bytes], folder: Path | None, output: IO[str], *, spac
         NoRecords: The trace has no valid records.
         OSError: A file cannot be read or written.
     """
-    reading = Reading()
-    reading.read(trace)
-    if not reading.count:
-        raise NoRecords(reading.problems[0] if reading.problems else "no records")
-    for part in page(reading, folder, space=space):
-        output.write(part)
+    with nullcontext(trace) if trace.seekable() else _copied(trace) as file:
+        base, reading = file.tell(), Reading()
+        reading.read(file)
+        if not reading.count:
+            raise NoRecords(reading.problems[0] if reading.problems else "no records")
+
+        def read(start: int, size: int) -> bytes:
+            file.seek(base + start)
+            return file.read(size)
+
+        for part in page(reading, read, folder, space=space):
+            output.write(part)
     return reading
 
 
-def page(reading: Reading, folder: Path | None, *, space: bool = False) -> Iterator[str]:
-    """Yield the parts of the page."""
+@contextmanager
+def _copied(stream: IO[bytes]) -> Iterator[IO[bytes]]:
+    """Copy a stream, such as a pipe, which cannot be read again."""
+    with TemporaryFile() as file:
+        shutil.copyfileobj(stream, file)
+        file.seek(0)
+        yield file
+
+
+def page(reading: Reading, read: ReadAt, folder: Path | None, *, space: bool = False) -> Iterator[str]:
+    """Yield the parts of the page.
+
+    Args:
+        reading: Data of the trace.
+        read: Reads the trace.
+        folder: Folder with other results of the run; None for none.
+        space: Whether the page can show the world in three dimensions.
+    """
     columns = Compressed()
     frame = Frame(reading, results_of(folder, reading), columns.write)
     script, style = _static("report.js"), _static("report.css")
@@ -79,8 +105,8 @@ def page(reading: Reading, folder: Path | None, *, space: bool = False) -> Itera
     yield _script("seoro-meta", zlib.compress(frame.text, _LEVEL))
     yield _script("seoro-columns", columns.finish())
     yield from (f"<script>{each}</script>" for each in scripts)
-    for number, block in enumerate(reading.blocks.all()):  # the page is shown before it has them
-        yield _script(f"seoro-block-{number}", block)
+    for number, block in enumerate(reading.blocks):  # the page is shown before it has them
+        yield _script(f"seoro-block-{number}", block.compressed(read))
     yield "</body></html>\n"
 
 

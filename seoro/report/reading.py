@@ -134,11 +134,11 @@ class Reading:
         self._add(self._lines.finish())
         self.is_finished = True
 
-    def _add(self, lines: Iterable[tuple[bytes, Record | InvalidRecord]]) -> None:
+    def _add(self, lines: Iterable[tuple[int, int, Record | InvalidRecord]]) -> None:
         if self.further_runs:
             return
         kinds, add, seq, latest, count = self._kinds, self.blocks.add, self._seq, self.time, self.count
-        for line, record in lines:
+        for start, end, record in lines:
             if isinstance(record, InvalidRecord):
                 self._add_problem(record)
                 continue
@@ -147,7 +147,7 @@ class Reading:
                 if count:
                     self.further_runs = True
                     break
-                line = self._begin(record, line)  # noqa: PLW2901 - without bulky parts
+                self._begin(record)
             elif name == "log":
                 _keep(self.logs, record, MOST_LOGS)
                 name = _LOG + record["level"]
@@ -164,7 +164,7 @@ class Reading:
             if kind.handle is not None:
                 kind.handle(record, seq)
             if not kind.is_bulky:
-                add(line, seq, time, kind.number)
+                add(start, end, seq, time, kind.number)
         self._seq, self.time, self.count = seq, latest, count
 
     def _add_problem(self, record: InvalidRecord) -> None:
@@ -172,15 +172,16 @@ class Reading:
         if len(self.problems) < MOST_PROBLEMS and not record.is_cut:
             self.problems.append(str(record))
 
-    def _begin(self, record: Record, line: bytes) -> bytes:
-        """Take sources and tree out of the first record; returns its line without them."""
+    def _begin(self, record: Record) -> None:
+        """Take the bulky sources and tree out of the first record, also in its block."""
         from json import dumps  # noqa: PLC0415 - for this record only
 
         sources, tree = record.pop("sources", None), record.pop("tree", None)
         self.sources = sources if isinstance(sources, list) else []
         self.tree = tree if isinstance(tree, list) else []
         self.start = record
-        return dumps(record, ensure_ascii=False).encode() if sources or tree else line
+        if sources or tree:
+            self.blocks.head = dumps(record, ensure_ascii=False).encode()
 
     def _end(self, record: Record, seq: int) -> None:
         self.end = record

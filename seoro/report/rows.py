@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import dataclass
-from itertools import zip_longest
 from typing import Any, Final
 
 from seoro.report.columns import Packed, integers, reals, small
@@ -61,8 +60,10 @@ class Behaviors:
         self.rows: list[Row] = []
         self.omitted = 0
         self._strings = strings
-        self._numbers: dict[tuple[int, str], int] = {}  # of rows
+        self._numbers: dict[tuple[int, str], dict[str, int]] = {}  # of rows: by parent and path around, and name
         self._running: dict[int, int] = {}  # by id: index in the columns
+        self._around: tuple[int, str] | None = None  # parent and path around the last behavior
+        self._siblings: dict[str, int] = {}  # rows of that path
         self._lost: list[int] = []  # indices that cannot end, since a later behavior has their id
         self._ended = integers()  # indices in the order of the ends
         self._row = integers()
@@ -85,14 +86,16 @@ class Behaviors:
         self._parent.append(parent)
         self._start.append(record["t"])
         self._start_seq.append(seq)
+        self._end.append(0.0)
+        self._status.append(0)
+        self._reason.append(NONE)
+        self._end_seq.append(NONE)
 
     def end(self, record: Record, seq: int) -> None:
         """End a behavior; one that is not running is skipped."""
         index = self._running.pop(record["id"], None)
         if index is None:
             return
-        if index >= len(self._end):
-            self._extend()
         start, time, status = self._start[index], record["t"], record["status"]
         self._end[index] = time if time > start else start
         self._status[index] = _STATUS_NUMBERS.get(status, 0)
@@ -100,14 +103,6 @@ class Behaviors:
             self._reason[index] = self._strings.number(reason)
         self._end_seq[index] = seq
         self._ended.append(index)
-
-    def _extend(self) -> None:
-        """Append rows of running behaviors to the columns about their ends, many at once."""
-        count = len(self._row) - len(self._end)
-        self._end.extend(self._start[-count:])
-        self._status.frombytes(bytes(count))
-        self._reason.extend(integers((NONE,)) * count)
-        self._end_seq.extend(integers((NONE,)) * count)
 
     def pack(self, packed: Packed, time: float) -> None:
         """Append the columns of new behaviors, and of older ones that have ended since.
@@ -117,8 +112,6 @@ class Behaviors:
             time: Latest time [s], where the bars of running behaviors end.
         """
         known, ended = packed.start("behaviors"), packed.start("ended")
-        if len(self._end) < len(self._row):
-            self._extend()
         for index in (*self._running.values(), *self._lost):
             self._end[index] = max(time, self._start[index])
         columns = ("row", self._row), ("parent", self._parent), ("start", self._start), ("end", self._end)
@@ -136,16 +129,20 @@ class Behaviors:
     def totals(self) -> list[Counter[str]]:
         """Return how often the behaviors of each row ended with each status."""
         found: list[Counter[str]] = [Counter() for _ in self.rows]
-        for row, status in zip_longest(self._row, self._status, fillvalue=0):
+        for row, status in zip(self._row, self._status, strict=True):
             found[row][STATUSES[status]] += 1
         return found
 
     def _row_of(self, record: Record, parent: int) -> int:
-        path = record["path"]
-        if "#" in path:
-            path = _REPETITION.sub("", path)
-        key = (parent, path)
-        found = self._numbers.get(key)
+        around, slash, last = record["path"].rpartition("/")
+        if (parent, around) != self._around:  # siblings often start one after another
+            self._around = parent, around
+            self._siblings = self._numbers.setdefault((parent, _REPETITION.sub("", around)), {})
+        found = self._siblings.get(last)
+        if found is not None:
+            return found
+        last = _REPETITION.sub("", last)
+        found = self._siblings.get(last)
         if found is not None:
             return found
         if len(self.rows) >= MOST_ROWS:
@@ -153,13 +150,13 @@ class Behaviors:
             return max(parent, 0)
         node = record.get("node")
         end = record.get("source_end")
-        self._numbers[key] = len(self.rows)
+        self._siblings[last] = len(self.rows)
         self.rows.append(
             Row(
                 parent,
                 record["type"],
                 record["name"][:_LONGEST],
-                path[:_LONGEST],
+                f"{_REPETITION.sub('', around)}{slash}{last}"[:_LONGEST],
                 record["source"],
                 end if isinstance(end, str) else "",
                 node if isinstance(node, int) else NONE,

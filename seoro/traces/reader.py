@@ -21,18 +21,18 @@ _BOM: Final = b"\xef\xbb\xbf"
 _NUMBER: Final = (int, float)  # `int | float` would be made anew for each record
 
 # Required fields of each kind of record, apart from `seq`, `t` and `kind`.
-_FIELDS: Final[dict[str, dict[str, type]]] = {
-    "run.start": {"scenario": str, "file": str},
-    "behavior.start": {"id": int, "type": str, "name": str, "path": str, "source": str},
-    "behavior.end": {"id": int, "status": str},
-    "event": {"name": str},
-    "variable": {"path": str},
-    "log": {"message": str, "level": str},
-    "cover": {"item": str},
-    "record": {"item": str},
-    "poses": {"time": float, "entities": dict},
-    "margin": {"check": str, "value": float, "source": str},
-    "run.end": {"status": str, "reason": str},
+_FIELDS: Final[dict[str, tuple[tuple[str, type], ...]]] = {
+    "run.start": (("scenario", str), ("file", str)),
+    "behavior.start": (("id", int), ("type", str), ("name", str), ("path", str), ("source", str)),
+    "behavior.end": (("id", int), ("status", str)),
+    "event": (("name", str),),
+    "variable": (("path", str),),
+    "log": (("message", str), ("level", str)),
+    "cover": (("item", str),),
+    "record": (("item", str),),
+    "poses": (("time", float), ("entities", dict)),
+    "margin": (("check", str), ("value", float), ("source", str)),
+    "run.end": (("status", str), ("reason", str)),
 }
 _UNSEARCHED = frozenset({"seq", "t", "wall", "kind", "cause", "node", "sources", "tree"})
 # Field with the path or the name of what a record is about.
@@ -76,49 +76,64 @@ class LineReader:
     def __init__(self, parse: Callable[[bytes], object] = parse_line) -> None:
         self._parse = parse
         self._number = 0
+        self._start = 0  # [bytes] of the next line in the trace
         self._pieces: list[bytes] = []  # of an incomplete line
-        self._size = 0
+        self._size = 0  # [bytes] of the pieces
+        self._omitted = 0  # [bytes] of the incomplete line that are not kept
 
-    def feed(self, data: bytes) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
-        """Return the complete lines of a trace, each with its record; empty lines are skipped."""
+    def feed(self, data: bytes) -> Iterator[tuple[int, int, Record | InvalidRecord]]:
+        """Return the complete lines of a trace: start and end [bytes], and record; empty lines are skipped."""
         *lines, rest = data.split(b"\n")
+        omitted = 0
         if lines and self._pieces:
             lines[0] = b"".join((*self._pieces, lines[0]))
             self._pieces.clear()
-            self._size = 0
-        if rest and self._size < MAX_LINE:  # of a line that is too long, the beginning is enough
-            self._pieces.append(rest)
-            self._size += len(rest)
-        return self._read(lines, is_cut=False)
+            omitted, self._size, self._omitted = self._omitted, 0, 0
+        if self._size < MAX_LINE:  # of a line that is too long, the beginning is enough
+            if rest:
+                self._pieces.append(rest)
+                self._size += len(rest)
+        else:
+            self._omitted += len(rest)
+        return self._read(lines, omitted, is_cut=False)
 
-    def finish(self) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
+    def finish(self) -> Iterator[tuple[int, int, Record | InvalidRecord]]:
         """Return the last line if it has no end, as those of killed runs."""
         line = b"".join(self._pieces)
         self._pieces.clear()
-        return self._read([line], is_cut=True)
+        return self._read([line], self._omitted, is_cut=True)
 
-    def _read(self, lines: Sequence[bytes], *, is_cut: bool) -> Iterator[tuple[bytes, Record | InvalidRecord]]:
-        parse = self._parse
+    def _read(
+        self, lines: Sequence[bytes], omitted: int, *, is_cut: bool
+    ) -> Iterator[tuple[int, int, Record | InvalidRecord]]:
+        parse, start, number = self._parse, self._start, self._number
         for line in lines:
-            self._number += 1
+            number += 1
             try:
                 found: Any = parse(line)
             except ValueError:
                 found = parse_line(line)
-            reason = _problem(found) if len(line) < MAX_LINE else f"longer than {MAX_LINE:,} bytes"
+            end = start + len(line)
+            if len(line) < MAX_LINE:
+                reason = _problem(found)
+            else:  # it may be the first one only that was not kept as a whole
+                reason = f"longer than {MAX_LINE:,} bytes"
+                end, omitted = end + omitted, 0
             if not reason:
-                yield line, found
+                yield start, end, found
             elif line.strip():
-                yield line, InvalidRecord(self._number, reason, is_cut)
+                yield start, end, InvalidRecord(number, reason, is_cut)
+            start = end + 1
+        self._start, self._number = start, number
 
 
 def read_trace(file: IO[bytes]) -> Iterator[Record | InvalidRecord]:
     """Yield the records of a trace in order, with an `InvalidRecord` for each invalid line."""
     reader = LineReader()
     while line := file.readline(MAX_LINE):  # by lines, so that those of an active run are there at once
-        for _, found in reader.feed(line):
+        for *_, found in reader.feed(line):
             yield found
-    for _, found in reader.finish():
+    for *_, found in reader.finish():
         yield found
 
 
@@ -129,12 +144,12 @@ def _problem(found: Any) -> str:
     time, kind = found.get("t"), found.get("kind")
     if not (isinstance(time, _NUMBER) and isinstance(kind, str)):
         return "not a record: missing `t` or `kind`"
-    if not abs(time) <= LATEST:
+    if not -LATEST <= time <= LATEST:
         return f"time is not between 0 s and {LATEST:g} s"
     if (arguments := found.get("arguments")) is not None and not isinstance(arguments, dict):
         return f"not a record: `arguments` of `{kind}` has the wrong type"
     if (fields := _FIELDS.get(kind)) is not None:
-        for name, type_ in fields.items():
+        for name, type_ in fields:
             if not isinstance(found.get(name), type_):
                 return f"not a record: `{name}` of `{kind}` is missing or has the wrong type"
     return ""

@@ -6,8 +6,8 @@ import time
 from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import aclosing, asynccontextmanager, closing
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Final
+from tempfile import TemporaryDirectory, TemporaryFile
+from typing import IO, Final
 
 import anyio
 import anyio.to_thread
@@ -15,9 +15,9 @@ from anyio.abc import TaskGroup
 
 from seoro.client.runs import RemoteRun
 from seoro.errors import BackendError
-from seoro.report.following import TraceFile
+from seoro.report.following import OpenTrace, TraceFile
 from seoro.report.live import Cursor, LiveRun
-from seoro.ui.answers import RequestError
+from seoro.ui.answers import RequestError, as_request_error
 from seoro.ui.registry import LocalSource, RunRegistry
 from seoro.ui.results import fetch_of_pages
 
@@ -78,15 +78,19 @@ class Feed:
                 await anyio.sleep(_ENDED if is_ended else _GROWING)
 
     async def _read_remote(self, run: RemoteRun) -> None:
-        async with aclosing(run.lines()) as parts:
-            async for _, lines in parts:
-                if lines:
-                    await anyio.to_thread.run_sync(self._run.feed, lines)
-                    self._notify()
-        with TemporaryDirectory(prefix="seoro-") as folder:
-            await fetch_of_pages(run, Path(folder))
-            await anyio.to_thread.run_sync(self._run.finish, Path(folder))
-        self._notify()
+        with TemporaryFile() as file, closing(OpenTrace(file)) as trace:
+            self._run.restart(trace.read_at)
+            async with aclosing(run.lines()) as parts:
+                async for _, lines in parts:
+                    if lines:
+                        await anyio.to_thread.run_sync(_append, file, lines)
+                        await anyio.to_thread.run_sync(self._run.feed, lines)
+                        self._notify()
+            with TemporaryDirectory(prefix="seoro-") as folder:
+                await fetch_of_pages(run, Path(folder))
+                await anyio.to_thread.run_sync(self._run.finish, Path(folder))
+            self._notify()
+            await anyio.sleep_forever()  # viewers read blocks of records
 
     def _notify(self) -> None:
         self._has_data = True
@@ -117,7 +121,14 @@ class Feed:
             except IndexError:
                 if is_read:
                     raise RequestError(404, "unknown block of records") from None
+            except OSError as error:
+                raise as_request_error(error) from error
             await changed.wait()
+
+
+def _append(file: IO[bytes], lines: bytes) -> None:
+    file.write(lines)
+    file.flush()
 
 
 class Feeds:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +38,15 @@ def encoded(found: Iterable[object]) -> bytes:
     return b"".join(json.dumps(record).encode() + b"\n" for record in found)
 
 
-def whole(trace: bytes, folder: Path | None = None) -> LiveRun:
+def run_of(trace: bytes) -> LiveRun:
+    """Make a run without data, whose blocks are in a trace."""
     run = LiveRun()
+    run.restart(lambda start, size: trace[start : start + size])
+    return run
+
+
+def whole(trace: bytes, folder: Path | None = None) -> LiveRun:
+    run = run_of(trace)
     run.feed(trace)
     run.finish(folder)
     return run
@@ -52,7 +60,7 @@ def joined_from(run: LiveRun) -> Joined:
 
 def follow(trace: bytes, cuts: Iterable[int], folder: Path | None = None) -> tuple[LiveRun, Joined]:
     """Feed a trace in pieces, with a frame after each."""
-    run, joined = LiveRun(), Joined()
+    run, joined = run_of(trace), Joined()
     cursor: Cursor | None = None
     start = 0
     for end in [*sorted(cuts), len(trace)]:
@@ -193,39 +201,40 @@ def test_a_finished_run_is_read_from_the_cache(tmp_path: Path, monkeypatch: pyte
     (tmp_path / "measurements.json").write_text('{"engine": "mujoco"}')
     path = tmp_path / "trace.jsonl"
     path.write_bytes(encoded(many_records(9_000)))
-    read = read_to_its_end(path)
-    monkeypatch.setattr("seoro.report.reading.Reading.feed", None)  # nothing is read again
-    cached = read_to_its_end(path)
-    monkeypatch.undo()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert cached.frame()[0] == read.frame()[0]
-    assert cached.status == "passed"
-    assert cached.is_finished
-    assert [cached.block(number) for number in range(5)] == [read.block(number) for number in range(5)]
-    for number in (5, -1):
-        with pytest.raises(IndexError):
-            cached.block(number)
+    with read_to_its_end(path) as read:
+        frame, blocks = read.frame()[0], [read.block(number) for number in range(5)]
+    with monkeypatch.context() as patch:
+        patch.setattr("seoro.report.reading.Reading.feed", None)  # nothing is read again
+        with read_to_its_end(path) as cached:
+            assert cached.frame()[0] == frame
+            assert cached.status == "passed"
+            assert cached.is_finished
+            assert [cached.block(number) for number in range(5)] == blocks
+            for number in (5, -1):
+                with pytest.raises(IndexError):
+                    cached.block(number)
 
     run = LiveRun()
-    file = TraceFile(path, run, tmp_path)
-    assert file.poll()
-    assert not file.poll()
-    _, cursor = run.frame()
-    assert run.is_current(cursor)
-    with path.open("ab") as more:  # the run was not finished
-        more.write(encoded([{"t": 999, "kind": "x"}]))
-    while file.poll():
-        pass
-    file.close()
+    with closing(TraceFile(path, run, tmp_path)) as file:
+        assert file.poll()
+        assert not file.poll()
+        _, cursor = run.frame()
+        assert run.is_current(cursor)
+        with path.open("ab") as more:  # the run was not finished
+            more.write(encoded([{"t": 999, "kind": "x"}]))
+        while file.poll():
+            pass
     joined = Joined()
     joined.add(run.frame(cursor)[0])
     assert (joined.fields["time"], joined.fields["status"]) == (999, "passed")
 
     [kept] = (tmp_path / "cache/seoro/runs").iterdir()
     kept.write_bytes(kept.read_bytes()[:-1])  # damaged
-    assert read_to_its_end(path).frame()[0] != read.frame()[0]
+    with read_to_its_end(path) as again:
+        assert again.frame()[0] != frame
     (tmp_path / "measurements.json").write_text("{}")
-    assert joined_from(read_to_its_end(path)).fields["measurements"] == {}
+    with read_to_its_end(path) as again:
+        assert joined_from(again).fields["measurements"] == {}
 
 
 def test_the_cache_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,14 +245,14 @@ def test_the_cache_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert sorted(path.name for path in tmp_path.iterdir()) == ["2.run", "3.run"]
 
 
-def read_to_its_end(path: Path) -> LiveRun:
+@contextmanager
+def read_to_its_end(path: Path) -> Iterator[LiveRun]:
     run = LiveRun()
-    file = TraceFile(path, run, path.parent)
-    while file.poll():
-        pass
-    file.finish()
-    file.close()
-    return run
+    with closing(TraceFile(path, run, path.parent)) as file:
+        while file.poll():
+            pass
+        file.finish()
+        yield run
 
 
 def replace(path: Path, data: bytes) -> None:
@@ -257,3 +266,14 @@ def test_blocks_that_do_not_exist() -> None:
     for number in (0, -1):
         with pytest.raises(IndexError):
             run.block(number)
+
+
+def test_a_block_of_a_replaced_trace_is_an_error(tmp_path: Path) -> None:
+    path, run = tmp_path / "trace.jsonl", LiveRun()
+    path.write_bytes(encoded(records()))
+    with closing(TraceFile(path, run)) as file:
+        while file.poll():
+            pass
+        assert lines_of(run.block(0))
+    with pytest.raises(OSError, match="replaced"):
+        run.block(0)

@@ -104,10 +104,12 @@ def test_records_lose_wall_times_and_numbers_that_count_on() -> None:
         b'{"seq": 7, "t": 0.6, "wall": "2026", "kind": "log"}',
         b'{"t": 0.6, "kind": "log"}',
     )
-    blocks = Blocks()
+    trace, blocks, start = b"\n".join(lines), Blocks(), 0
     for seq, line in zip((3, 4, 7, 8), lines, strict=True):
-        blocks.add(line, seq, 0.5, 0)
-    assert zlib.decompress(blocks.compressed(0)).splitlines() == [
+        blocks.add(start, start + len(line), seq, 0.5, 0)
+        start += len(line) + 1
+    found = blocks[0].compressed(lambda start, size: trace[start : start + size])
+    assert zlib.decompress(found).splitlines() == [
         b'{"seq": 3, "t": 0.5, "kind": "log"}',
         b'{"t": 0.5, "kind": "log", "message": ", \\"wall\\": \\"2"}',
         b'{"seq": 7, "t": 0.6, "kind": "log"}',
@@ -118,6 +120,18 @@ def test_records_lose_wall_times_and_numbers_that_count_on() -> None:
 def test_a_report_needs_records() -> None:
     with pytest.raises(NoRecords, match="line 1: invalid JSON"):
         write_report(io.BytesIO(b"nonsense\n"), None, io.StringIO())
+
+
+def test_a_report_of_a_pipe_is_that_of_a_file() -> None:
+    class Pipe(io.BytesIO):
+        def seekable(self) -> bool:
+            return False
+
+    trace = "\n".join(map(json.dumps, records())).encode()
+    of_file, of_pipe = io.StringIO(), io.StringIO()
+    write_report(io.BytesIO(trace), None, of_file)
+    write_report(Pipe(trace), None, of_pipe)
+    assert of_pipe.getvalue() == of_file.getvalue()
 
 
 def test_the_command_repeats_parameters_and_constraints() -> None:

@@ -3,7 +3,9 @@
 import io
 import json
 
-from seoro.traces.reader import MAX_LINE, InvalidRecord, read_trace
+import pytest
+
+from seoro.traces.reader import MAX_LINE, InvalidRecord, LineReader, read_trace
 
 START = {"seq": 0, "t": 0.0, "kind": "run.start", "scenario": "main", "file": "maze.osc"}
 
@@ -50,3 +52,23 @@ def test_a_line_without_end_is_not_read_into_memory_whole() -> None:
     [found] = read_trace(Endless())
     assert isinstance(found, InvalidRecord)
     assert "longer than" in found.reason
+
+
+def test_lines_have_their_places_also_after_one_that_is_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seoro.traces.reader.MAX_LINE", 50)
+    lines = [
+        b'{"t": 0, "kind": "a"}',
+        b"x" * 200,
+        b"",
+        b'{"t": 1, "kind": "b"}',
+        b"y" * 90,
+        b'{"t": 2, "kind": "c"}',
+    ]
+    trace = b"\n".join(lines)
+    for size in (1, 7, 60, 1000):
+        reader, found = LineReader(), list[tuple[int, int, object]]()
+        for start in range(0, len(trace), size):
+            found += reader.feed(trace[start : start + size])
+        found += reader.finish()
+        assert [trace[start:end] for start, end, _ in found] == [line for line in lines if line]
+        assert [isinstance(record, InvalidRecord) for *_, record in found] == [False, True, False, True, False]
