@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -12,7 +12,7 @@ from seoro.bridges.executor.probing import EndpointReport, NodeReport
 from seoro.bridges.leasing.emergency_stop import describe_stop
 from seoro.bridges.serving.node import KIND
 from seoro.bridges.wire.keys import MAJOR
-from seoro.bridges.wire.lab import LabState, RobotState
+from seoro.bridges.wire.lab import LabState, RobotCheck, RobotState
 from seoro.doctor.findings import Finding, failed, ok, warning
 from seoro.doctor.peers import RELEASE, clock_finding, latency_finding, version_finding
 from seoro.lab.readiness import unmet_conditions
@@ -95,7 +95,7 @@ def node_findings(
         yield latency_finding(what, node.half, node.most, node.exchanges)
     if state.stopped is not None:
         yield failed(what, f"emergency stop by {describe_stop(state.stopped)}", RELEASE)
-    yield from _robots_findings(what, state, wanted)
+    yield from _robots_findings(what, state, wanted, node.checks)
 
 
 def _kind(state: LabState) -> str:
@@ -115,7 +115,9 @@ def _rights_finding(what: str, node: NodeReport, who: str, viewer: Viewer) -> Fi
     return ok(what, f"{whom} can query it and use its robots")
 
 
-def _robots_findings(what: str, state: LabState, wanted: Sequence[ListedRobot]) -> Iterator[Finding]:
+def _robots_findings(
+    what: str, state: LabState, wanted: Sequence[ListedRobot], checks: Mapping[str, RobotCheck]
+) -> Iterator[Finding]:
     called = {each.remote_name: each for each in wanted}
     if not state.robots and not called:
         yield ok(what, "no robots")
@@ -123,17 +125,19 @@ def _robots_findings(what: str, state: LabState, wanted: Sequence[ListedRobot]) 
         known = called.pop(robot.name, None)
         named = f"{what}/{robot.name}"
         if known is None:
-            yield from robot_findings(named, state, robot, None)
+            yield from robot_findings(named, state, robot, None, checks.get(robot.name))
         else:
             shown = named if known.name == robot.name else f"{named} ({known.name})"
-            yield from robot_findings(shown, state, robot, known.before)
+            yield from robot_findings(shown, state, robot, known.before, checks.get(robot.name))
     there = ", ".join(robot.name for robot in state.robots)
     for name, each in called.items():
         advice = f"robots there: {there}" if there else "no robots there: the world of a simulator has its robots"
         yield failed(f"{what}/{name}", f"robot '{each.name}' of the lab file not found", advice)
 
 
-def robot_findings(what: str, lab: LabState, robot: RobotState, before: BeforeFile | None) -> Iterator[Finding]:
+def robot_findings(
+    what: str, lab: LabState, robot: RobotState, before: BeforeFile | None, check: RobotCheck | None = None
+) -> Iterator[Finding]:
     """Yield the findings about a robot: its messages, users and problems.
 
     Args:
@@ -141,8 +145,18 @@ def robot_findings(what: str, lab: LabState, robot: RobotState, before: BeforeFi
         lab: State of its node.
         robot: State of the robot.
         before: Required state before a run; None without a lab file.
+        check: Check by its bridge, if any; otherwise topics without messages are reported.
     """
-    silent = _silence(robot)
+    silent = _silence(robot) if check is None else ""
+    yield from _state_findings(what, lab, robot, before, silent)
+    for problem in () if check is None else check.problems:
+        yield (failed if problem.is_fatal else warning)(what, problem.text, problem.help)
+
+
+def _state_findings(
+    what: str, lab: LabState, robot: RobotState, before: BeforeFile | None, silent: str
+) -> Iterator[Finding]:
+    """Yield the findings about the state of a robot, with its silent topics as text."""
     if robot.seen is None and lab.kind == KIND:
         yield failed(what, f"no messages received{silent}", _HOP)
         return

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Collection
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -12,6 +13,7 @@ from seoro.bridges import wire
 from seoro.bridges.executor.clocks import Clock, compare
 from seoro.bridges.executor.probing import EndpointReport, Hop, NodeReport
 from seoro.bridges.naming import wait_for_tokens
+from seoro.bridges.serving.node import KIND
 from seoro.bridges.session import AsyncSession, Security, SessionError, is_secured, open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.concurrency.gathering import gather
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 EXCHANGES: Final = 100  # to measure the latency
 TOKEN_TIMEOUT: Final = 2.0  # [s] time limit for expected nodes to appear
 ANSWER_WITHIN: Final = 2.0  # [s]
+CHECK_TIMEOUT: Final = 15.0  # [s] for the check of a robot, which waits for its messages
 
 
 async def probe(
@@ -108,7 +111,7 @@ async def _contact(address: NodeAddress, node: NodeReport, *, may_use: bool) -> 
         await address.prove()
     except (BackendError, UsageError) as error:
         return node.model_copy(update={"why": str(error)})
-    seen: dict[str, object] = {"state": state}
+    seen: dict[str, object] = {"state": state, "checks": await _check_robots(address, state)}
     if may_use:
         try:
             await ask(address, wire.GET_ROBOT_FEATURES, wire.Empty(), ANSWER_WITHIN)
@@ -116,6 +119,19 @@ async def _contact(address: NodeAddress, node: NodeReport, *, may_use: bool) -> 
         except BackendError as error:
             seen |= {"is_usable": False, "why_not": str(error)}
     return node.model_copy(update=seen)
+
+
+async def _check_robots(address: NodeAddress, state: wire.LabState) -> dict[str, wire.RobotCheck]:
+    """Return the checks of the robots of a bridge, by their names; none of nodes that do not check robots."""
+    checks: dict[str, wire.RobotCheck] = {}
+
+    async def check(name: str) -> None:
+        with suppress(BackendError):
+            checks[name] = await ask(address, wire.CHECK_ROBOT, wire.RobotName(robot=name), CHECK_TIMEOUT)
+
+    if state.kind == KIND:
+        await gather(check, [robot.name for robot in state.robots])
+    return checks
 
 
 async def _measure(address: NodeAddress, node: NodeReport, exchanges: int) -> NodeReport:

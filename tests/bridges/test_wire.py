@@ -79,8 +79,8 @@ def test_a_grant_ends_with_the_first_step_that_reaches_its_time() -> None:
 def test_verbs_of_simulators_exclude_those_of_all_nodes_with_robots() -> None:
     shared = wire.NODE_VERBS.keys() - {verb.name for verb in wire.VERBS}
     assert shared == {
-        "challenge", "emergency_stop", "get_lab_state", "get_robot_features", "hold_robots", "lease_robots",
-        "release_lease", "release_robots", "release_stop", "take_robots",
+        "challenge", "check_robot", "emergency_stop", "get_lab_state", "get_robot_features", "hold_robots",
+        "lease_robots", "release_lease", "release_robots", "release_stop", "take_robots",
     }  # fmt: skip
 
 

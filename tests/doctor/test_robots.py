@@ -6,7 +6,15 @@ from typing import Any
 
 import pytest
 
-from seoro.bridges.wire.lab import ActiveStop, LabState, Lease, RobotState, TopicState
+from seoro.bridges.wire.lab import (
+    ActiveStop,
+    LabState,
+    Lease,
+    RobotCheck,
+    RobotProblem,
+    RobotState,
+    TopicState,
+)
 from seoro.doctor.findings import Health
 from seoro.doctor.nodes import robot_findings
 from seoro.lab.schema import BeforeFile
@@ -14,10 +22,12 @@ from seoro.lab.schema import BeforeFile
 SILENT = (TopicState(topic="/scan", seen=0.1), TopicState(topic="/odom", why="no publisher"))
 
 
-def reported(before: BeforeFile | None = None, **how: Any) -> list[tuple[Health, str]]:
+def reported(
+    before: BeforeFile | None = None, check: RobotCheck | None = None, **how: Any
+) -> list[tuple[Health, str]]:
     robot = RobotState(name="tb", kinds=("robot",), **how)
     lab = LabState(kind="bridge", version="1", robots=(robot,))
-    found = list(robot_findings("tb", lab, robot, before))
+    found = list(robot_findings("tb", lab, robot, before, check))
     assert all(each.help for each in found if each.health is not Health.OK)
     return [(each.health, each.text) for each in found]
 
@@ -56,6 +66,20 @@ def test_problems_of_a_robot_are_reported(how: dict[str, Any], health: Health, t
     *_, (found, message) = reported(**how)
     assert found is health
     assert text in message
+
+
+def test_problems_found_by_the_bridge_replace_silent_topics() -> None:
+    problems = (
+        RobotProblem(text="no publisher of /odom", help="start it"),
+        RobotProblem(text="no server of /navigate_to_pose", help="start it", is_fatal=False),
+    )
+    found = reported(check=RobotCheck(problems=problems), seen=0.1, topics=SILENT)
+    assert found[1:] == [
+        (Health.FAILED, "no publisher of /odom"),
+        (Health.WARNING, "no server of /navigate_to_pose"),
+    ]
+    [(health, _)] = reported(check=RobotCheck(), seen=0.1, topics=SILENT)
+    assert health is Health.OK
 
 
 def test_unmet_conditions_of_the_lab_file_are_reported() -> None:

@@ -11,7 +11,7 @@ from typing import Annotated, Final
 from pydantic import Field
 
 from seoro.bridges.executor.messages import ExecutorMessage, Text
-from seoro.bridges.wire.lab import LabState
+from seoro.bridges.wire.lab import LabState, RobotCheck
 from seoro.bridges.wire.message import Verb
 
 MAX_PLACES: Final = 32
@@ -42,6 +42,7 @@ class NodeReport(ExecutorMessage):
         half: Median latency [s].
         most: 99th percentile of the latency [s].
         exchanges: Number of measured exchanges.
+        checks: Checks of its robots, by their names; none of simulators.
     """
 
     node: str
@@ -56,6 +57,7 @@ class NodeReport(ExecutorMessage):
     half: float = 0.0
     most: float = 0.0
     exchanges: int = 0
+    checks: dict[str, RobotCheck] = Field(default_factory=dict)
 
 
 class EndpointReport(ExecutorMessage):

@@ -15,6 +15,7 @@ import anyio
 
 from seoro.bridges.addresses import LARGEST_DOMAIN
 from seoro.bridges.ros2.errors import NoSystem
+from seoro.bridges.ros2.router_checks import REMEDY, hidden_peers
 from seoro.bridges.ros2.wire import Dialect, Endpoint, Entity, Kind, Node, RmwZenoh, Ros2Dds, is_hidden
 from seoro.bridges.session import AsyncSession, Mailbox
 from seoro.concurrency.background import background
@@ -234,6 +235,8 @@ async def _nothing_seen(session: AsyncSession, domain: int, timeout: float) -> s
     problem = f"no ROS 2 system within {timeout:g} s: no node of rmw_zenoh in domain {domain}, and no bridge"
     if others:
         return f"{problem}; nodes are in domain {', '.join(others)}"
+    if hidden := await hidden_peers(session):
+        return f"{problem}; {hidden}: {REMEDY}"
     return f"{problem}; is this the router that the robot's nodes use?"
 
 

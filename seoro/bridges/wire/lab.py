@@ -8,6 +8,7 @@ busy nodes, too.
 from __future__ import annotations
 
 from seoro.bridges.wire.message import Empty, Message, Query, Verb
+from seoro.bridges.wire.simulator import RobotName
 from seoro.security.keys.roles import Role
 
 LONGEST_LEASE = 7 * 86_400.0  # [s]
@@ -84,6 +85,26 @@ class RobotState(RobotHealth):
     stopped: ActiveStop | None = None
 
 
+class RobotProblem(Message):
+    """Problem of a robot, found by a check.
+
+    Attributes:
+        text: The found problem, and the expected state.
+        help: Suggestion for a fix.
+        is_fatal: Whether scenarios with the robot fail; otherwise some may pass.
+    """
+
+    text: str
+    help: str = ""
+    is_fatal: bool = True
+
+
+class RobotCheck(Message):
+    """Problems of a robot; none if it is well."""
+
+    problems: tuple[RobotProblem, ...] = ()
+
+
 class LabState(Message):
     """State of the robots of a node, sent at any time. `kind` is `bridge` or the engine of a simulator.
 
@@ -154,6 +175,7 @@ class ReleaseStop(Message):
 
 
 GET_LAB_STATE = Query("get_lab_state", Empty, LabState, role=Role.VIEWER)
+CHECK_ROBOT = Query("check_robot", RobotName, RobotCheck, role=Role.VIEWER)  # of bridges only
 LEASE_ROBOTS = Verb("lease_robots", LeaseRobots, Empty, is_audited=True)
 RELEASE_LEASE = Verb("release_lease", ReleaseLease, Empty, is_audited=True)
 EMERGENCY_STOP = Verb(

@@ -14,10 +14,12 @@ from typing import Final
 from seoro.bridges.addresses import BRIDGE, ROS_ROUTER
 from seoro.bridges.ros2.adoption.draft import CHECK, Draft, Question, Value
 from seoro.bridges.ros2.adoption.drafting import draft_profile
-from seoro.bridges.ros2.adoption.finding import MOVED_BY, PARTS, find_robots
+from seoro.bridges.ros2.adoption.finding import MOVED_BY, find_robots
 from seoro.bridges.ros2.adoption.survey import survey
 from seoro.bridges.ros2.participant import RosNode
+from seoro.bridges.ros2.robots.parts import PARTS
 from seoro.bridges.ros2.robots.profile import Profile
+from seoro.bridges.ros2.router_checks import REMEDY, hidden_peers
 from seoro.bridges.ros2.wire import resolve_namespace
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
@@ -57,6 +59,9 @@ async def adopt(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     _check_absent([folder / LAB], is_forced=options.force)  # before any question
     async with connected(options) as node:
+        hidden = await hidden_peers(node.system.session)
+        if hidden:
+            print(f"warning: {hidden}: {REMEDY}", file=sys.stderr)
         robots = await _look(node, options.namespace)
     if not options.yes and sys.stdin.isatty():
         robots = _ask_all(robots)

@@ -7,66 +7,12 @@ from dataclasses import dataclass
 from typing import Final
 
 from seoro.bridges.ros2.graph import RosGraph
-from seoro.bridges.ros2.participant import BRIDGE, GUARD
-from seoro.bridges.ros2.robots.arm import FOLLOWS, GRIPS, PLANS
-from seoro.bridges.ros2.robots.base import ODOMETRY
-from seoro.bridges.ros2.robots.joints import JOINT_STATES
-from seoro.bridges.ros2.robots.localisation import POSE
-from seoro.bridges.ros2.robots.navigation import FOLLOW_WAYPOINTS, NAVIGATE_THROUGH_POSES, NAVIGATE_TO_POSE
-from seoro.bridges.ros2.robots.robot import BATTERY, TRANSFORMS
-from seoro.bridges.ros2.robots.sensing import DETECTIONS, WRENCH
-from seoro.bridges.ros2.robots.velocity import TYPES
-from seoro.bridges.ros2.wire import Endpoint, Kind
+from seoro.bridges.ros2.robots.parts import PARTS, Part, all_endpoints, is_of_bridge
+from seoro.bridges.ros2.wire import Endpoint
 
 CONTROLLER: Final = (
     "controller"  # last word of names of ros2_control's nodes, which are below the robot's namespace
 )
-STRING: Final = "std_msgs/msg/String"
-EMPTY: Final = "std_srvs/srv/Empty"
-
-
-@dataclass(frozen=True)
-class Part:
-    """Part of a robot that is a topic, service or action.
-
-    Attributes:
-        kind: Kind of the endpoint of the robot.
-        types: Accepted types.
-        names: Usual names, the most usual first.
-        is_named: Whether only endpoints of these names count; otherwise all of the types do.
-    """
-
-    kind: Kind
-    types: Sequence[str]
-    names: Sequence[str]
-    is_named: bool = False
-
-
-SUBSCRIBES, PUBLISHES, SERVES, ACTS = Kind.SUBSCRIPTION, Kind.PUBLISHER, Kind.SERVER, Kind.ACTION_SERVER
-PARTS: Final[Mapping[str, Part]] = {
-    "cmd_vel": Part(SUBSCRIBES, TYPES, ("cmd_vel",)),
-    "odometry": Part(PUBLISHES, (ODOMETRY,), ("odom", "filtered", "odometry")),
-    "initial_pose": Part(SUBSCRIBES, (POSE,), ("initialpose",), is_named=True),
-    "pose": Part(PUBLISHES, (POSE,), ("amcl_pose", "pose"), is_named=True),
-    "global_localization": Part(SERVES, (EMPTY,), ("reinitialize_global_localization",), is_named=True),
-    "navigate_to_pose": Part(ACTS, (NAVIGATE_TO_POSE,), ("navigate_to_pose",)),
-    "navigate_through_poses": Part(ACTS, (NAVIGATE_THROUGH_POSES,), ("navigate_through_poses",)),
-    "follow_waypoints": Part(ACTS, (FOLLOW_WAYPOINTS,), ("follow_waypoints",)),
-    "trajectory": Part(ACTS, (FOLLOWS,), ("follow_joint_trajectory",)),
-    "joint_states": Part(PUBLISHES, (JOINT_STATES,), ("joint_states",)),
-    "move_group": Part(ACTS, (PLANS,), ("move_action",)),
-    "gripper": Part(ACTS, (GRIPS,), ("gripper_cmd",)),
-    "battery": Part(PUBLISHES, (BATTERY,), ("battery_state", "battery")),
-    "tf": Part(PUBLISHES, (TRANSFORMS,), ("tf",), is_named=True),
-    "tf_static": Part(PUBLISHES, (TRANSFORMS,), ("tf_static",), is_named=True),
-    "force": Part(PUBLISHES, (WRENCH,), ()),
-    "sight": Part(PUBLISHES, (DETECTIONS,), ()),
-    "description": Part(PUBLISHES, (STRING,), ("robot_description",), is_named=True),
-    "semantics": Part(PUBLISHES, (STRING,), ("robot_description_semantic",), is_named=True),
-    "lidar": Part(PUBLISHES, ("sensor_msgs/msg/LaserScan", "sensor_msgs/msg/PointCloud2"), ("scan",)),
-    "camera": Part(PUBLISHES, ("sensor_msgs/msg/CameraInfo",), ("camera_info",)),
-    "imu": Part(PUBLISHES, ("sensor_msgs/msg/Imu",), ("imu",)),
-}
 MOVED_BY: Final = ("cmd_vel", "navigate_to_pose", "trajectory")  # parts that make a namespace a robot
 SHARED: Final = ("tf", "tf_static", "description", "semantics")  # of the root, if the namespace has none
 
@@ -109,19 +55,10 @@ def find_robots(graph: RosGraph, own: str) -> tuple[FoundRobot, ...]:
         graph: Graph of the system.
         own: Zenoh ID of the own session. Its endpoints, and those of bridges of seoro, do not count.
     """
-    known = [each for each in _endpoints(graph) if each.session != own and not _is_of_bridge(each)]
+    known = [each for each in all_endpoints(graph) if each.session != own and not is_of_bridge(each)]
     found = {name: [each for each in known if _fits(part, each)] for name, part in PARTS.items()}
     homes = _without_nested({_home(each) for name in MOVED_BY for each in found[name]})
     return tuple(_robot(home, homes, found) for home in sorted(homes))
-
-
-def _endpoints(graph: RosGraph) -> list[Endpoint]:
-    actions = [each for name in graph.actions() for each in graph.action_servers(name)]
-    return [*(each for each in graph.endpoints() if each.kind is not ACTS), *actions]
-
-
-def _is_of_bridge(endpoint: Endpoint) -> bool:
-    return endpoint.node is not None and endpoint.node.name in (BRIDGE, GUARD)
 
 
 def _fits(part: Part, endpoint: Endpoint) -> bool:

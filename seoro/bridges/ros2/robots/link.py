@@ -4,31 +4,34 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
 from anyio.abc import TaskGroup
 
+from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.errors import CallFailed, DefinitionMismatch, NoServiceServer, WrongType
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.robots.frames import Frames
 from seoro.bridges.ros2.robots.guard_state import GuardState
-from seoro.bridges.ros2.topics import Publication, Subscription
+from seoro.bridges.ros2.topics import Publication, ReceivedPayload, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
 from seoro.bridges.serving.event_log import EventLog
 from seoro.bridges.serving.work import Work
 from seoro.bridges.session import Bound
 from seoro.bridges.wire import Result, TopicState
 from seoro.bridges.wire.refusal import RequestRefused
+from seoro.concurrency.condition import Condition
 
 SENSED = Qos(reliability=Reliability.BEST_EFFORT, depth=5)
 WAITING = Bound(100)  # queue of a topic
 DISCOVERY_TIMEOUT = 5.0  # [s] for endpoints and messages that a request needs
 ANSWER_TIMEOUT = 5.0  # [s] for the response of a service
+SECOND = 1e9  # [ns]
 
 log = logging.getLogger(__name__)
 
@@ -42,12 +45,14 @@ class Link:
         stack: Stack that is closed when the bridge ends.
         tasks: Task group of the subscriptions.
         state: State that the bridge shares with its guard.
+        arrivals: Notified of each message.
     """
 
     node: RosNode
     stack: AsyncExitStack
     tasks: TaskGroup
     state: GuardState = field(default_factory=GuardState)
+    arrivals: Condition = field(default_factory=Condition, repr=False)
     _statuses: dict[str, _TopicStatus] = field(default_factory=dict, repr=False)
 
     async def listen(
@@ -70,11 +75,29 @@ class Link:
         subscription = await self.stack.enter_async_context(
             self.node.subscribing(topic, type_name, qos, WAITING, is_checked=False)
         )
-        status = self._statuses[subscription.topic] = _TopicStatus(subscription.type)
-        self.tasks.start_soon(_forward_messages, subscription, take, status)
+        status = self._statuses[subscription.topic] = _TopicStatus(subscription.type, qos)
+        self.tasks.start_soon(self._forward_messages, subscription, take, status)
         self.tasks.start_soon(self._warn_of_type, subscription.topic, status.type)
         if forget is not None:
             self.tasks.start_soon(self._watch_end, subscription.topic, forget)
+
+    async def _forward_messages(
+        self, subscription: Subscription, take: Callable[[Message], None], status: _TopicStatus
+    ) -> None:
+        """Forward messages. Log undecodable messages once per kind."""
+        async for received in subscription:
+            status.note_arrival(received)
+            try:
+                message = subscription.decode(received)
+                take(message)
+            except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
+                if type(error).__name__ not in status.logged:
+                    log.warning("%s", error)
+                status.logged.add(type(error).__name__)
+                status.error = str(error)
+            else:
+                status.error, status.latest = "", message
+            self.arrivals.notify_all()
 
     async def _warn_of_type(self, topic: str, type_name: str) -> None:
         """Log once if a topic has another type."""
@@ -104,6 +127,43 @@ class Link:
         if types:
             return f"it has the type {' and '.join(types)}, not {status.type}"
         return status.error or "no message has arrived"
+
+    def is_silent(self, topic: str, period: float) -> bool:
+        """Return whether a subscribed topic had no message within a period [s] until now."""
+        arrived = self._status(topic).arrived
+        return arrived is None or time.monotonic() - arrived > period
+
+    def error_of(self, topic: str) -> str:
+        """Return the error of the last message of a subscribed topic; empty if it is valid."""
+        return self._status(topic).error
+
+    def latest(self, topic: str) -> Message | None:
+        """Return the last valid message of a subscribed topic."""
+        return self._status(topic).latest
+
+    def qos_of(self, topic: str) -> Qos | None:
+        """Return the requested QoS profile of a topic; None if it is not subscribed."""
+        status = self._statuses.get(self.node.resolve(topic))
+        return None if status is None else status.qos
+
+    def clock_offsets(self) -> dict[str, float]:
+        """Return by topics how far the clocks of publishers are ahead of that of this machine [s], if known."""
+        return {name: each.offset for name, each in self._timely() if each.offset is not None}
+
+    def stamps(self) -> dict[str, tuple[float, float]]:
+        """Return the stamps and arrivals of the last messages with a header, by topics [s since 1970]."""
+        return {
+            name: (geometry.seconds(each.latest.header.stamp), each.arrived_at)
+            for name, each in self._timely()
+            if each.latest is not None and hasattr(each.latest, "header")
+        }
+
+    def _timely(self) -> Iterator[tuple[str, _TopicStatus]]:
+        """Yield the topics whose messages arrive when they are sent: latched ones may be old."""
+        return ((name, each) for name, each in self._statuses.items() if not each.qos.is_transient_local)
+
+    def _status(self, topic: str) -> _TopicStatus:
+        return self._statuses[self.node.resolve(topic)]
 
     def last_received(self) -> float | None:
         """Return the age of the last message on any topic [s]; None before the first message."""
@@ -168,26 +228,27 @@ class RobotLink(Link):
 
 @dataclass
 class _TopicStatus:
-    """Status of a topic: its type, and the arrival [s] and the error of the last message."""
+    """Status of a topic: its type and requested QoS profile, and its last message.
+
+    Attributes:
+        error: Error of the last message; empty if it is valid.
+        logged: Kinds of errors that were logged.
+        arrived: Arrival of the last message, by the machine's clock [s].
+        arrived_at: Arrival of the last message [s since 1970].
+        offset: Time by which the sender's clock was ahead at its arrival [s]; None if unknown.
+        latest: Last valid message.
+    """
 
     type: str
+    qos: Qos
     error: str = ""
     logged: set[str] = field(default_factory=set)
-    arrived: float | None = None  # by the machine's clock
+    arrived: float | None = None
+    arrived_at: float = 0.0
+    offset: float | None = None
+    latest: Message | None = None
 
-
-async def _forward_messages(
-    subscription: Subscription, take: Callable[[Message], None], status: _TopicStatus
-) -> None:
-    """Forward messages. Log undecodable messages once per kind."""
-    async for received in subscription:
-        status.arrived = time.monotonic()
-        try:
-            take(subscription.decode(received))
-        except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
-            if type(error).__name__ not in status.logged:
-                log.warning("%s", error)
-            status.logged.add(type(error).__name__)
-            status.error = str(error)
-        else:
-            status.error = ""
+    def note_arrival(self, received: ReceivedPayload) -> None:
+        """Note the arrival of a message."""
+        self.arrived, self.arrived_at = time.monotonic(), received.arrived / SECOND
+        self.offset = None if received.sent is None else (received.sent - received.arrived) / SECOND

@@ -8,15 +8,15 @@ from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.robots.arm import MovingArm
 from seoro.bridges.ros2.robots.base import DrivingBase
+from seoro.bridges.ros2.robots.checks import check_robot
 from seoro.bridges.ros2.robots.link import RobotLink
+from seoro.bridges.ros2.robots.parts import BATTERY, TRANSFORMS
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.sensing import Sensing
 from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.serving.robot import Handlers
 
-TRANSFORMS = "tf2_msgs/msg/TFMessage"
 BASE = "base_link"
-BATTERY = "sensor_msgs/msg/BatteryState"
 DYNAMIC = Qos(depth=100)
 STATIC = Qos(durability=Durability.TRANSIENT_LOCAL, depth=100)
 
@@ -47,8 +47,8 @@ class RosRobot:
     def handlers(self) -> Handlers:
         """Handlers of the served verbs."""
         parts = [part.handlers for part in (self._base, self._arm, self._sensing) if part is not None]
-        own = {wire.GET_ROBOT_DESCRIPTION: self._describe}
-        return own | {verb: carry for handlers in parts for verb, carry in handlers.items()}
+        own: Handlers = {wire.GET_ROBOT_DESCRIPTION: self._describe, wire.CHECK_ROBOT: self._check}
+        return {**own, **{verb: carry for handlers in parts for verb, carry in handlers.items()}}
 
     @property
     def health(self) -> wire.RobotHealth:
@@ -63,6 +63,9 @@ class RosRobot:
             seen=self._link.last_received(),
             topics=self._link.topics(),
         )
+
+    async def _check(self, _request: wire.RobotName) -> wire.RobotCheck:
+        return wire.RobotCheck(problems=await check_robot(self._profile, self._link))
 
     async def _describe(self, _request: wire.RobotName) -> wire.RobotDescription:
         """Describe the robot by its profile."""

@@ -89,6 +89,15 @@ def matching_qos(offered: Sequence[Qos]) -> Qos:
     )
 
 
+def mismatch(offered: Qos, requested: Qos) -> str:
+    """Describe how an offered profile fails a requested one; empty if it does not."""
+    if requested.is_reliable and not offered.is_reliable:
+        return "best_effort is offered, reliable is requested"
+    if requested.is_transient_local and not offered.is_transient_local:
+        return "volatile is offered, transient_local is requested"
+    return ""
+
+
 # Presets of ROS 2 (rmw/qos_profiles.h), and two more for scenarios. Policies that ROS 2 leaves to the middleware
 # ("system default") have the values of rmw_zenoh.
 PRESETS: Mapping[str, Qos] = MappingProxyType(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from seoro.bridges.ros2.adoption.finding import PARTS
 from seoro.bridges.ros2.graph import RosGraph
+from seoro.bridges.ros2.robots.parts import PARTS
 from seoro.bridges.ros2.wire import Endpoint, Kind, Node, Qos, RmwZenoh
 
 DIALECT = RmwZenoh()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import AsyncIterator
@@ -67,3 +68,73 @@ async def test_an_adopted_robot_passes_a_scenario(
         async with running(serving, "Ctrl-C"):
             await run(tmp_path, "doctor", "--lab", "lab/lab.yaml")
             await run(tmp_path, "exec", "first.osc", "--lab", "lab/lab.yaml")
+
+
+@pytest.mark.parametrize("router", ["seoro"], indirect=True)
+@pytest.mark.parametrize(
+    ("options", "arguments", "status", "lines"),
+    [
+        (
+            {"without": ["cmd_vel", "odom", "amcl_pose", "navigate_to_pose"]},
+            (),
+            1,
+            [
+                "failed   ros2/tb: no subscription to /cmd_vel: the driver of the base is not running",
+                "failed   ros2/tb: no publisher of /odom: the odometry of the base is not running",
+                "warning  ros2/tb: no publisher of /amcl_pose: the localisation is not running",
+                "warning  ros2/tb: no server of /navigate_to_pose: the navigation is not running",
+            ],
+        ),
+        (
+            {},
+            ("--ros-args", "-p", "use_sim_time:=true"),
+            1,
+            ["failed   ros2/tb: the simulated time of /driver stands still: /clock has no publisher"],
+        ),
+        ({"ahead": 30.0}, (), 0, [r"warning  ros2/tb: stamps on /\w+ are (29|30)\.\d s ahead of the clock"]),
+        (
+            {},
+            ("--ros-args", "-r", "cmd_vel:=/tb/cmd_vel"),
+            1,
+            ["failed   ros2/tb: no subscription to /cmd_vel", "found: /tb/cmd_vel"],
+        ),
+    ],
+)
+async def test_problems_of_a_robot_are_named(
+    ros2: Ros2,
+    router: str,
+    tmp_path: Path,
+    options: dict[str, Any],
+    arguments: tuple[str, ...],
+    status: int,
+    lines: list[str],
+) -> None:
+    bridge = free_endpoint()
+    (tmp_path / "lab.yaml").write_text(f"bridges: {{b: {{connect: {bridge}}}}}\nrobots: {{tb: {{in: b}}}}\n")
+    serving = (*SEORO, "bridge", "ros2", "--robot", "turtlebot4:tb", "--ros", router, "--listen", bridge)
+    async with mobile(ros2, router, *arguments, **options), running([*serving], "Ctrl-C"):
+        out = await run(tmp_path, "doctor", "--lab", "lab.yaml", status=status)
+    for line in lines:
+        assert re.search(line, out), out
+
+
+ROUTER = """
+import json, sys, time, zenoh
+settings = {
+    "mode": "router", "listen": {"endpoints": [sys.argv[1]]}, "adminspace": {"enabled": True},
+    "scouting": {"multicast": {"enabled": False}},
+}
+session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+print("up", flush=True)
+time.sleep(3600)
+"""
+
+
+async def test_nodes_that_a_newer_router_misses_are_explained(ros2: Ros2, tmp_path: Path) -> None:
+    router = free_endpoint()
+    async with mobile(ros2, router), running([sys.executable, "-c", ROUTER, router], "up"):
+        with anyio.fail_after(DEADLINE):
+            while "connected peer" not in (out := await run(tmp_path, "ros", "adopt", "--ros", router, status=3)):
+                await anyio.sleep(0.5)
+    assert "has 1 connected peer without visible ROS 2 nodes; since Zenoh 1.9, routers miss" in out
+    assert "restart these nodes, or run `rmw_zenohd` of their distribution" in out
