@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import partial
 
 from seoro.actions.nav2_localization import wait_until_localized
-from seoro.actions.nav2_requests import call_service, full_name
+from seoro.actions.nav2_requests import call_service
 from seoro.actions.reports import finish
+from seoro.actions.ros_robots import full_name
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import LocalisedRobots

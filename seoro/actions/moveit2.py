@@ -1,8 +1,8 @@
 """Actions of `osc.moveit2`: motions of arms.
 
 The backend of the arm plans and moves: a simulator, or MoveIt on the robot. Poses are those of the tool in the
-frame of the arm's base, named by the field `base_link` of the actor. The bridge knows the robot's topics and
-groups.
+frame of the arm's base, named by the field `base_link` of the actor. A bridge knows the robot's topics and groups;
+in the ROS 2 system of a run, fields of the actor name them.
 """
 
 from __future__ import annotations
@@ -11,13 +11,26 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import partial
 
 from seoro.actions.goals import pursue
+from seoro.actions.moveit_requests import move_group as move_group_in_ros
+from seoro.actions.moveit_scene import (  # noqa: F401 - further actions of the library
+    add_collision_object,
+    attach_object,
+    check_collision_object,
+    detach_object,
+    move_along_poses,
+    move_to_named_pose,
+    remove_collision_object,
+)
 from seoro.actions.ros_only import refuse_unless
+from seoro.actions.ros_robots import full_name, pose_message
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.robotics.geometry import Pose3D
+from seoro.robotics.moveit_goals import joint_constraints, pose_constraints
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.backends import Reporter
 from seoro.runtime.contracts.robots import Arms, MotionOptions
+from seoro.runtime.contracts.ros2 import Ros2System
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor, Value
 
@@ -33,7 +46,7 @@ def _moved(fields: Mapping[str, Value]) -> str:
     return group.member
 
 
-@action("arm.move_to_joint_pose", home=Arms, uses=_moved)
+@action("arm.move_to_joint_pose", home=Arms | Ros2System, uses=_moved)
 async def move_to_joint_pose(
     ctx: ActionContext,
     arm: Actor,
@@ -48,6 +61,21 @@ async def move_to_joint_pose(
     success_on_acceptance: bool,
 ) -> None:
     """Move the joints of the arm, or the fingers of its gripper, to positions."""
+    if not ctx.is_home(arm, Arms):
+        group = str(arm.fields[f"{move_group.member}_group"])
+        names = _strings(arm, f"{move_group.member}_joints")
+        if len(names) != len(goal_pose):
+            raise ActionFailed(
+                f"expected a position for each of `{move_group.member}_joints` of `{arm.name}`: "
+                f"{', '.join(names) or 'none'}; found {len(goal_pose)} positions"
+            )
+        constraints = joint_constraints(dict(zip(names, goal_pose, strict=True)), tolerance)
+        options = MotionOptions(max_velocity_scaling_factor, tolerance, (), plan_only, replan)
+        name = full_name(arm, namespace_override, action_topic)
+        await move_group_in_ros(
+            ctx, name, group, constraints, options, success_on_acceptance=success_on_acceptance
+        )
+        return
     refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "move_action"))
     arms, name = ctx.home(arm, Arms)
     options = MotionOptions(max_velocity_scaling_factor, tolerance, (), plan_only, replan)
@@ -62,7 +90,7 @@ async def move_to_joint_pose(
     await pursue(ctx, arm, part, start, arms.cancel_goal, success_on_acceptance=success_on_acceptance)
 
 
-@action("arm.move_to_pose", home=Arms, uses=ARM)
+@action("arm.move_to_pose", home=Arms | Ros2System, uses=ARM)
 async def move_to_pose(
     ctx: ActionContext,
     arm: Actor,
@@ -76,10 +104,18 @@ async def move_to_pose(
     success_on_acceptance: bool,
 ) -> None:
     """Move the tool to a pose in the frame of the arm's base."""
+    frame = str(arm.fields.get("base_link") or BASE_FRAME)
+    options = MotionOptions(max_velocity_scaling_factor, tolerance, (), plan_only, replan)
+    if not ctx.is_home(arm, Arms):
+        link, group = str(arm.fields["end_effector"]), str(arm.fields["arm_group"])
+        constraints = pose_constraints(link, frame, pose_message(goal_pose), tolerance)
+        name = full_name(arm, namespace_override, action_topic)
+        await move_group_in_ros(
+            ctx, name, group, constraints, options, success_on_acceptance=success_on_acceptance
+        )
+        return
     refuse_unless(namespace_override=(namespace_override, ""), action_topic=(action_topic, "move_action"))
     arms, name = ctx.home(arm, Arms)
-    options = MotionOptions(max_velocity_scaling_factor, tolerance, (), plan_only, replan)
-    frame = str(arm.fields.get("base_link") or BASE_FRAME)
     start = partial(arms.move_tool, name, goal_pose, frame, options, straight=False)
     await pursue(ctx, arm, ARM, start, arms.cancel_goal, success_on_acceptance=success_on_acceptance)
 

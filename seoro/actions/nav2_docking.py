@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from seoro.actions.nav2_requests import BASE, full_name, run_goal, stamped
+from seoro.actions.nav2_requests import BASE, run_goal, stamped
+from seoro.actions.ros_robots import full_name
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.ros2 import Ros2System

@@ -13,8 +13,9 @@ from typing import Any
 from seoro.actions.goals import pursue
 from seoro.actions.localization import wait_for_localization
 from seoro.actions.nav2_localization import set_initial_pose, wait_until_active, wait_until_localized
-from seoro.actions.nav2_requests import BASE, full_name, run_goal, stamped, stamped_poses
+from seoro.actions.nav2_requests import BASE, run_goal, stamped, stamped_poses
 from seoro.actions.ros_only import refuse_unless
+from seoro.actions.ros_robots import full_name
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.actions.context import ActionContext

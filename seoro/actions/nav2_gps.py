@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from seoro.actions.nav2_requests import BASE, full_name, run_goal
+from seoro.actions.nav2_requests import BASE, run_goal
+from seoro.actions.ros_robots import full_name
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.ros2 import Ros2System

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from seoro.actions.nav2_requests import MAP, call_service, full_name, pose_message
+from seoro.actions.nav2_requests import MAP, call_service
 from seoro.actions.reports import meanwhile
+from seoro.actions.ros_robots import full_name, pose_message
 from seoro.actions.ros_support import as_action_failure, log_missing, next_message, system_of
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D

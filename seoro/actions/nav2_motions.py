@@ -9,8 +9,9 @@ import math
 from functools import partial
 
 from seoro.actions.goals import pursue
-from seoro.actions.nav2_requests import BASE, duration, full_name, run_goal
+from seoro.actions.nav2_requests import BASE, duration, run_goal
 from seoro.actions.ros_only import refuse_unless
+from seoro.actions.ros_robots import full_name
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import DrivenRobots

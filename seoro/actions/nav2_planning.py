@@ -9,16 +9,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from seoro.actions.nav2_requests import (
-    BASE,
-    call_service,
-    duration,
-    full_name,
-    run_goal,
-    stamped,
-    stamped_poses,
-    store_path,
-)
+from seoro.actions.nav2_requests import BASE, call_service, duration, run_goal, stamped, stamped_poses, store_path
+from seoro.actions.ros_robots import full_name
 from seoro.actions.ros_support import to_members
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D

@@ -6,23 +6,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seoro.actions.ros_requests import call, send_goal, store_member
+from seoro.actions.ros_robots import pose_message
 from seoro.errors import ActionFailed
-from seoro.robotics.geometry import Pose3D, quaternion
+from seoro.robotics.geometry import Pose3D
 from seoro.robotics.goal_results import describe_failure
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.ros2 import Members
-from seoro.runtime.values.values import Actor, Variable
+from seoro.runtime.values.values import Variable
 
 BASE = "base"  # part of a robot with one destination at a time
 MAP = "map"  # frame of goals
 
 _NANO = 1_000_000_000
-
-
-def full_name(robot: Actor, namespace_override: str, name: str) -> str:
-    """Return the full name of a topic, service or action of a robot; one with a leading slash is full."""
-    namespace = (namespace_override or str(robot.fields.get("namespace", ""))).strip("/")
-    return name if name.startswith("/") else f"/{namespace}/{name}" if namespace else f"/{name}"
 
 
 def duration(seconds: float) -> Members:
@@ -35,15 +30,6 @@ def duration(seconds: float) -> Members:
         raise ActionFailed(f"invalid duration: expected at least 0 s, found {seconds:g} s")
     whole, part = divmod(round(seconds * _NANO), _NANO)
     return {"sec": whole, "nanosec": part}
-
-
-def pose_message(pose: Pose3D) -> dict[str, Any]:
-    """Return a `geometry_msgs/Pose`."""
-    position, angles = pose.position, pose.orientation
-    return {
-        "position": {"x": position.x, "y": position.y, "z": position.z},
-        "orientation": quaternion(angles.roll, angles.pitch, angles.yaw)._asdict(),
-    }
 
 
 def stamped(pose: Pose3D, frame: str = MAP) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from seoro.actions.nav2_requests import call_service, full_name
+from seoro.actions.nav2_requests import call_service
+from seoro.actions.ros_robots import full_name
 from seoro.actions.ros_support import as_action_failure, system_of
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
