@@ -80,6 +80,8 @@ def _ros(ros: Ros, folder: Path) -> Iterator[str]:
     if ros.dialect is not None:
         yield f"dialect={ros.dialect!r}"
     yield from _paths("interfaces", ros.interfaces, folder)
+    if not ros.state:
+        yield "state=False"
 
 
 def _simulator(simulator: Simulator, folder: Path) -> Iterator[str]:

@@ -101,6 +101,9 @@ def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
         "folder of packages with more definitions of messages, services and actions",
         repeatable=True,
     )
+    add_option(
+        parser, "--no-ros-state", "do not publish the state of the run on /seoro/behaviors and /seoro/markers"
+    )
 
 
 def use_file_settings(options: argparse.Namespace, scenario: Runnable, *, repeats: bool = False) -> FileSettings:
@@ -179,8 +182,12 @@ def settings_of(options: argparse.Namespace, **more: Unpack[OptionFields]) -> Op
 def ros_of(options: argparse.Namespace) -> Ros | None:
     """Return the ROS 2 system of the options, if any."""
     if options.ros is None:
-        if options.ros_interfaces:
-            raise UsageError("`--ros-interfaces` needs a ROS 2 system", help="add `--ros`")
+        for option, is_given in (
+            ("--ros-interfaces", options.ros_interfaces),
+            ("--no-ros-state", options.no_ros_state),
+        ):
+            if is_given:
+                raise UsageError(f"`{option}` needs a ROS 2 system", help="add `--ros`")
         return None
     endpoint, _, query = options.ros.partition("?")
     given = dict(pair.partition("=")[::2] for pair in query.split("&") if pair)
@@ -193,7 +200,7 @@ def ros_of(options: argparse.Namespace) -> Ros | None:
         number_of_domain = domain(text)
     except argparse.ArgumentTypeError as error:
         raise UsageError(str(error)) from None
-    return Ros(endpoint, number_of_domain, dialect, options.ros_interfaces)
+    return Ros(endpoint, number_of_domain, dialect, options.ros_interfaces, state=not options.no_ros_state)
 
 
 def lab_of(options: argparse.Namespace) -> Lab | None:

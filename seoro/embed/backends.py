@@ -157,7 +157,7 @@ async def open_ros(options: Options) -> AsyncIterator[tuple[RosBackend, ...]]:
     from seoro.bridges.ros2.backend import open_backend  # noqa: PLC0415 - an extra
 
     is_alone = options.simulator is None and options.lab is None
-    async with open_backend(settings, is_alone=is_alone) as system:
+    async with open_backend(settings, is_alone=is_alone, has_state=options.ros.state) as system:
         yield (system,)
 
 

@@ -98,15 +98,23 @@ class Ros(Value):
         domain: ROS_DOMAIN_ID of its nodes.
         dialect: `rmw_zenoh` or `ros2dds`; None to detect it, which needs a running node.
         interfaces: Folders with more definitions of messages, services and actions.
+        state: Whether the run publishes its state on topics `/seoro/*`.
     """
 
     endpoint: str
     domain: int = 0
     dialect: str | None = None
     interfaces: Sequence[Path] = ()
+    state: bool = True
 
     def __init__(
-        self, endpoint: str, domain: int = 0, dialect: str | None = None, interfaces: Iterable[AnyPath] = ()
+        self,
+        endpoint: str,
+        domain: int = 0,
+        dialect: str | None = None,
+        interfaces: Iterable[AnyPath] = (),
+        *,
+        state: bool = True,
     ) -> None:
         _set(
             self,
@@ -114,6 +122,7 @@ class Ros(Value):
             domain=to_whole("domain", domain),
             dialect=optional(to_text, "dialect", dialect),
             interfaces=to_paths("interfaces", interfaces),
+            state=to_flag("state", state),
         )
 
 

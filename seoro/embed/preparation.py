@@ -55,7 +55,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             clock=make_clock(clock, opened.simulator, rate, readers, options.debugger),
             backends=(*opened.backends, *systems),
             placements=opened.placements,
-            observers=(readers, *options.observers),
+            observers=(readers, *options.observers, *(each for system in systems for each in system.observers)),
             actions=scenario.functions.actions,
             modifiers=scenario.functions.modifiers,
             output_directory=options.output_directory,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from pathlib import Path
 
 import anyio.to_thread
@@ -22,6 +22,7 @@ from seoro.bridges.ros2.descriptions import node_for_service
 from seoro.bridges.ros2.endpoints import Frames, RosPublisher, RosSubscription
 from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
 from seoro.bridges.ros2.recording import Playback, Recording, check_storage, open_bag, play, record
+from seoro.bridges.ros2.state.publishing import publishing_state
 from seoro.bridges.ros2.tf.listener import listen
 from seoro.bridges.ros2.tracks import RosTracks
 from seoro.bridges.ros2.wire import PRESETS
@@ -29,6 +30,7 @@ from seoro.bridges.session import Outages
 from seoro.concurrency.background import background
 from seoro.runtime.contracts import ros2 as contract
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
+from seoro.runtime.contracts.observers import Observer
 from seoro.runtime.contracts.tracks import TrackReporter
 
 ROBOT = "robot"  # base type of all robots
@@ -43,11 +45,22 @@ class RosBackend:
         tasks: Task group of subscriptions shared by actions, and of the cancellation of lost goals.
         outages: Outages of the connection to the system.
         is_alone: Whether no other backend has the robots of the run.
+        observers: Observers of the run.
     """
 
-    def __init__(self, node: RosNode, name: str, tasks: TaskGroup, outages: Outages, *, is_alone: bool) -> None:
+    def __init__(
+        self,
+        node: RosNode,
+        name: str,
+        tasks: TaskGroup,
+        outages: Outages,
+        *,
+        is_alone: bool,
+        observers: Sequence[Observer] = (),
+    ) -> None:
         self._node = node
         self.name = name
+        self.observers = observers
         self._outages = outages
         self._presence = Presence(node)
         self._clock = SharedClock(node, tasks)
@@ -217,12 +230,15 @@ def _summary(recording: Recording) -> str:
 
 
 @asynccontextmanager
-async def open_backend(options: RosOptions, *, is_alone: bool) -> AsyncIterator[RosBackend]:
+async def open_backend(
+    options: RosOptions, *, is_alone: bool, has_state: bool = False
+) -> AsyncIterator[RosBackend]:
     """Join a ROS 2 system for the duration of the block; see `connect_system` for the errors.
 
     Args:
         options: Options of the connection.
         is_alone: Whether no other backend has the robots of the run, so that this one reports their poses.
+        has_state: Whether the state of the run is published.
     """
     async with (
         connect_system(options) as system,
@@ -231,4 +247,7 @@ async def open_backend(options: RosOptions, *, is_alone: bool) -> AsyncIterator[
     ):
         await anyio.to_thread.run_sync(system.prepare)
         outages = await anyio.to_thread.run_sync(system.session.blocking.outages)
-        yield RosBackend(node, f"the ROS 2 system at {options.endpoint}", tasks, outages, is_alone=is_alone)
+        async with AsyncExitStack() as opened:
+            observers = [await opened.enter_async_context(publishing_state(node))] if has_state else []
+            name = f"the ROS 2 system at {options.endpoint}"
+            yield RosBackend(node, name, tasks, outages, is_alone=is_alone, observers=observers)

@@ -59,6 +59,7 @@ def words_beyond_directives(options: Options) -> list[str]:
         words += ["--ros", f"{options.ros.endpoint}?domain={options.ros.domain}{dialect}"]
         for folder in options.ros.interfaces:
             words += ["--ros-interfaces", os.fspath(folder)]
+        words += [] if options.ros.state else ["--no-ros-state"]
     return words if options.simulator is None else [*words, *_simulator_words(options.simulator)]
 
 

@@ -53,7 +53,8 @@ async def inspect(ctx: ActionContext) -> None:
 
     def left() -> list[str]:
         places = [endpoint for found in graph._endpoints.values() for endpoint in found.values()]
-        return sorted(f"{each.kind.name} {each.name}" for each in places if each.session == own)
+        ours = [each for each in places if each.session == own and not each.name.startswith("/seoro/")]
+        return sorted(f"{each.kind.name} {each.name}" for each in ours)
 
     for _ in range(100):
         if not left():

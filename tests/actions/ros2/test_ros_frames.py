@@ -110,9 +110,9 @@ async def test_a_frame_at_rest_fails(invocation: str, reason: str, run_ros: RunR
     assert reason in ran.verdict.reason
 
 
-async def test_navigation_actions_need_a_robot_that_navigates(run_ros: RunRos) -> None:
+async def test_driving_actions_need_a_bridge(run_ros: RunRos) -> None:
     with pytest.raises(UsageError, match=r"the ROS 2 system at .*, the backend of `robot`, does not support"):
-        await run_ros(f"{ROBOT}    do robot.nav_to_pose(pose_3d())\n")
+        await run_ros(f"import osc.driving\n{ROBOT}    do robot.drive(0.1mps, duration: 1s)\n")
 
 
 async def test_late_messages_are_not_awaited() -> None:

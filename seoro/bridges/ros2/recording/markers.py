@@ -12,7 +12,7 @@ Fields = Mapping[str, Any]
 Point = Sequence[float]
 
 _CUBE, _SPHERE, _CYLINDER, _TEXT, _TRIANGLES = 1, 2, 3, 9, 11  # kinds of markers
-_DELETE: Final = 2
+DELETE: Final = 2  # action of a marker
 _GREY: Final = "#808080"
 _UNIT: Final = (1.0, 1.0, 1.0)
 _TEXT_HEIGHT: Final = 0.15  # [m] of a capital letter
@@ -44,7 +44,7 @@ def markers_of(entity: Fields, at: int) -> Iterator[Values]:
 
 def deletion(name: str, number: int, at: int) -> Values:
     """Return the message that deletes a marker of an entity."""
-    return _marker(name, number, MAP, at) | {"action": _DELETE}
+    return _marker(name, number, MAP, at) | {"action": DELETE}
 
 
 def link_frame(robot: str, link: str) -> str:

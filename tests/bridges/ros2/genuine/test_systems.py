@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import anyio
@@ -11,9 +13,10 @@ import pytest
 from seoro.bridges.ros2.clients.lifecycle import GONE, watching_lifecycle
 from seoro.bridges.ros2.interfaces.messages import plain
 from seoro.bridges.ros2.participant import connect
+from seoro.bridges.ros2.state.publishing import BEHAVIORS
 from seoro.bridges.ros2.tf.listener import listen
 from seoro.bridges.ros2.wire import RmwZenoh
-from tests.bridges.ros2.genuine.conftest import DEADLINE, Ros2
+from tests.bridges.ros2.genuine.conftest import DEADLINE, Ros2, running
 from tests.bridges.ros2.genuine.steering import own_node, steered
 
 pytestmark = [pytest.mark.anyio, pytest.mark.ros2]
@@ -131,3 +134,20 @@ async def test_killed_nodes_of_seoro_leave_the_graph_of_genuine_nodes(ros2: Ros2
         with anyio.fail_after(DEADLINE):
             while "/mortal" in (await genuine.ask("graph"))["nodes"]:
                 await anyio.sleep(0.05)
+
+
+async def test_genuine_nodes_see_the_state_of_a_run(ros2: Ros2, router: str, tmp_path: Path) -> None:
+    file = tmp_path / "waits.osc"
+    file.write_text("import osc.helpers\nscenario waits:\n    do wait elapsed(600s)\n")
+    topic = {"topic": BEHAVIORS, "type": "diagnostic_msgs/msg/DiagnosticArray"}
+    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(file), "--ros", router]
+    async with (
+        steered(ros2, router) as genuine,
+        running(command, "seed"),
+    ):
+        await genuine.ask("subscribe", **topic, **LATCHED)
+        seen: dict[str, str] = {}
+        while seen.get("seoro/waits/wait[0]") != "running":
+            message = (await genuine.event("message", topic=BEHAVIORS))["message"]
+            seen = {each["name"]: each["message"] for each in message["status"]}
+        assert seen["seoro"] == "running"
