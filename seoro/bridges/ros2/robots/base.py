@@ -115,12 +115,11 @@ class DrivingBase:
             raise RequestRefused(Result.OPERATION_FAILED, f"unsupported motion of {self._link.name} sideways")
         await self._velocity.check(request.linear, request.angular)
         self._was_driven = True
+        standstills = self._link.state.standstills
+        number = standstills.number
 
         async def drive() -> str:
-            standstills = self._link.state.standstills
-            number = standstills.number
             try:
-                self._velocity.command(request.linear, request.angular, request.duration)
                 await anyio.sleep(request.duration)
                 standstills.check(number)
             finally:
@@ -128,6 +127,8 @@ class DrivingBase:
             return ""
 
         self._link.work.start(request.id, drive, robot=self._link.name)
+        # Before the reply; the task begins after it.
+        self._velocity.command(request.linear, request.angular, request.duration)
 
     async def _cmd_vel(self, request: wire.CmdVel) -> None:
         linear, angular = request.twist.linear, request.twist.angular
