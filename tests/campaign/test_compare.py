@@ -11,9 +11,11 @@ from random import Random
 import pytest
 
 import seoro.campaign as sc
+from seoro.campaign.comparison.page import write_comparison
 from seoro.campaign.comparison.pairs import join
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.folder import StrategyText
+from seoro.campaign.store.index import RowIndex
 from seoro.cli.main import main
 from seoro.errors import UsageError
 from tests.campaign.compared import draw_ends, rows, write
@@ -103,6 +105,21 @@ def test_pairs_take_few_bytes_until_they_are_read(tmp_path: Path) -> None:
     assert len(joined.pairs) == joined.equal == 3000 and size < 1_500_000
     [pair] = joined.pairs[2999:]
     assert (pair.before.run, pair.after.run, pair.values) == (3000, 3000, {"load": 3.0})
+
+
+def test_a_page_reads_only_the_runs_that_it_lists(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = compared(tmp_path, list(rows([PASSED] * 900)), list(rows([FAILED] * 300 + [PASSED] * 600)))
+    read: list[int] = []
+    find = RowIndex.find
+
+    def counted(self: RowIndex, run: int) -> Row | None:
+        read.append(run)
+        return find(self, run)
+
+    monkeypatch.setattr(RowIndex, "find", counted)
+    write_comparison(found, tmp_path / "page.html")
+    assert read == list(range(1, 201))
+    assert "Still passing by" in (tmp_path / "page.html").read_text()
 
 
 def test_the_command_line_has_an_exit_status_a_page_and_json(

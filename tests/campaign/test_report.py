@@ -277,3 +277,24 @@ def test_values_that_failures_have_in_common_are_named(tmp_path: Path) -> None:
     assert "<p>All have load from 0.675 to 0.975, floor = wood.</p>" in text
     few, _ = report(tmp_path / "few", given[:30])
     assert "All have" not in few, "two failures have much in common by chance"
+
+
+@pytest.mark.parametrize("outliers", [1, 4, 5])
+def test_a_few_outliers_do_not_hide_what_failures_have_in_common(tmp_path: Path, outliers: int) -> None:
+    given = []
+    for number in range(1, 401):
+        is_outlier = number <= outliers
+        has_failed = is_outlier or number > 320 + outliers
+        values = {"load": number / 400, "floor": "tile" if is_outlier else "wood", "other": number % 2}
+        end, reason = (End.FAILED, "stuck") if has_failed else (End.PASSED, "")
+        values |= {} if has_failed else {"floor": "stone" if number % 2 else "wood"}
+        given.append(replace(row(number, end), values=values, reason=reason, reason_key=reason))
+    text, _ = report(tmp_path, given)
+    assert "All have" not in text
+    found = re.findall(r"<p>(\d+) of 80 have load from ([\d.]+) to 1, floor = wood.</p>", text)
+    if outliers > 4:
+        assert found == [], "more than 5 % are others"
+    else:
+        [(count, low)] = found
+        assert int(count) == 80 - outliers
+        assert 0.75 <= float(low) <= 0.815

@@ -12,18 +12,15 @@ from seoro.campaign.comparison.measurements import MeasurementChange
 from seoro.campaign.comparison.pairs import Pair
 from seoro.campaign.comparison.text import number_text, p_text, verdict_lines
 from seoro.campaign.report.charts import change_chart, floor_of, rate_chart
-from seoro.campaign.report.columns import Column
 from seoro.campaign.report.grouping import Bucket, influence
 from seoro.campaign.report.page import without_controls
 from seoro.campaign.report.style import STYLE
-from seoro.campaign.runs import End
 from seoro.campaign.statistics.rates import Bounds
 
 _MOST_RUNS: Final = 200  # of each list
 _MOST_CHARTS: Final = 6
 _MOST_CHANGES: Final = 12  # of a chart
 _BARS: Final = 10
-_AT_ONCE: Final = 1000  # pairs
 
 
 def write_comparison(comparison: Comparison, path: Path) -> None:
@@ -83,14 +80,7 @@ def _rates(comparison: Comparison) -> Iterator[str]:
 
 
 def _still_passing(comparison: Comparison) -> Iterator[str]:
-    joined, columns = comparison.joined, dict[str, Column]()
-    kept = joined.select(lambda first, second: first is second is End.PASSED)
-    for pairs, has_failed in ((kept, False), (comparison.failing, True)):
-        for start in range(0, len(pairs), _AT_ONCE):
-            values = [pair.values for pair in pairs[start : start + _AT_ONCE]]
-            for path in dict.fromkeys(path for each in values for path in each):
-                column = columns.setdefault(path, Column())
-                column.add_equal([each.get(path) for each in values], has_failed)
+    columns = comparison.joined.parameters
     groupings = {path: column.grouping(_BARS).buckets for path, column in columns.items()}
     order = sorted(groupings, key=lambda path: -influence(groupings[path]))[:_MOST_CHARTS]
     floor = floor_of(bucket for path in order for bucket in groupings[path])
@@ -100,7 +90,7 @@ def _still_passing(comparison: Comparison) -> Iterator[str]:
 def _runs(title: str, comparison: Comparison, pairs: Sequence[Pair]) -> Iterator[str]:
     if not pairs:
         return
-    shown = pairs[:_MOST_RUNS]
+    shown = list(pairs[:_MOST_RUNS])
     paths = list(dict.fromkeys(path for pair in shown for path in pair.values))
     yield f"<h2>{title}: {len(pairs):,}</h2>"
     yield _scroll(

@@ -15,6 +15,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any, Final, overload
 
+from seoro.campaign.report.columns import Column, count_columns
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.batches import Batch
 from seoro.campaign.store.index import RowIndex
@@ -111,6 +112,7 @@ class Joined:
         places: Positions of the first runs of pairs in their columns.
         variants: Hashes of the values of pairs.
         seeds: Seeds of pairs.
+        parameters: Counts by parameter of the second runs of pairs whose first runs passed.
     """
 
     def __init__(
@@ -124,6 +126,7 @@ class Joined:
         self.numbers = first.numbers, second.numbers
         self.before: Mapping[End, int] = {}
         self.after: Mapping[End, int] = {}
+        self.parameters: dict[str, Column] = {}
 
     @property
     def pairs(self) -> Pairs:
@@ -210,19 +213,38 @@ def join(before: Path, after: Path) -> Joined:
             first.add(batch, position, variant)
     order = array("q", sorted(range(len(keys)), key=keys.__getitem__))  # of equal keys, the first run comes first
     is_taken = bytearray(len(keys))
+    joined = Joined(rows, first, second, places)
     for batch in rows[1].batches():
         _count(batch, of_second)
+        in_pairs = array("q")
         for position, (key, variant) in enumerate(_keys(batch)):
             at = bisect_left(order, key, key=keys.__getitem__)
             if at < len(order) and keys[order[at]] == key and not is_taken[order[at]]:
                 is_taken[order[at]] = True
                 places.append(order[at])
                 second.add(batch, position, variant)
+                in_pairs.append(position)
+        _count_parameters(joined, batch, in_pairs)
     for each in (first, second):
         each.finish()
-    joined = Joined(rows, first, second, places)
     joined.before, joined.after = of_first, of_second
     return joined
+
+
+def _count_parameters(joined: Joined, batch: Batch, positions: Sequence[int]) -> None:
+    """Count the second runs of the last pairs, if their first runs passed.
+
+    Args:
+        joined: Both campaigns.
+        batch: Rows of the second one.
+        positions: Those of pairs.
+    """
+    values = batch.column("values")
+    chosen: dict[tuple[End, End], list[Mapping[str, Any]]] = {}
+    for pair, position in enumerate(positions, start=len(joined.places) - len(positions)):
+        chosen.setdefault(joined.ends(pair), []).append(values[position])
+    for end, has_failed in ((End.PASSED, False), (End.FAILED, True)):
+        count_columns(joined.parameters, chosen.get((End.PASSED, end), ()), has_failed)
 
 
 def _count(batch: Batch, ends: Counter[End]) -> None:

@@ -81,8 +81,7 @@ def failures(summary: Summary, folder: Path) -> Iterator[str]:
         yield f"<h3>{_text(title, _LETTERS)}</h3>"
         yield f"<p>{first.status.value.capitalize()}{place}. First: run {first.run}{_link(first)}"
         yield f": {_text(first.reason)}</p>" if first.reason not in (title, "") else "</p>"
-        extents = ", ".join(_extents(group, summary))
-        yield f"<p>All have {_text(extents)}.</p>" if extents else ""
+        yield from _in_common(group, summary)
         for subcommand in ("replay", "shrink") if first.status is End.FAILED else ("replay",):
             command = shlex.join(["seoro", "campaign", subcommand, str(folder), str(first.run)])
             yield f"<pre>{escape(command)}</pre>"
@@ -92,12 +91,19 @@ def failures(summary: Summary, folder: Path) -> Iterator[str]:
         yield f'<p class="note">{_runs(sum(group.count for _, group in rest))} with {len(rest)} other reasons</p>'
 
 
-def _extents(group: FailureGroup, summary: Summary) -> Iterator[str]:
-    """Yield the values of a group of failures where they are fewer than those of all runs."""
-    for path, (low, high) in group.extents.items() if group.count >= _MANY else ():
+def _in_common(group: FailureGroup, summary: Summary) -> Iterator[str]:
+    """Yield the values of all or nearly all failures of a group, where they are fewer than those of all runs."""
+    texts: dict[int, list[str]] = {}
+    for path, values in group.values.items() if group.count >= _MANY else ():
         column = summary.parameters.get(path)
-        if column is not None and column.is_narrower(low, high):
-            yield f"{path} = {text_of(low)}" if low == high else f"{path} from {text_of(low)} to {text_of(high)}"
+        found = values.narrower_than(column) if column is not None else None
+        if found is not None:
+            low, high = text_of(found.low), text_of(found.high)
+            extent = f"= {low}" if low == high else f"from {low} to {high}"
+            texts.setdefault(found.count, []).append(f"{path} {extent}")
+    for count in sorted(texts, reverse=True):
+        who = "All" if count == group.count else f"{count:,} of {group.count:,}"
+        yield f"<p>{who} have {_text(', '.join(texts[count]))}.</p>"
 
 
 def parameters(summary: Summary) -> Iterator[str]:

@@ -6,12 +6,12 @@ from bisect import insort
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
-from itertools import chain
-from operator import itemgetter
+from itertools import islice
 from typing import Any, Final, TypeAlias
 
 from seoro.campaign.coverage.counts import MergedCoverage
-from seoro.campaign.report.columns import Column, is_number
+from seoro.campaign.report.columns import MOST_COLUMNS, Column, count_columns, values_of
+from seoro.campaign.report.common_values import CommonValues
 from seoro.campaign.report.reservoir import Reservoir
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
@@ -20,7 +20,6 @@ from seoro.lang.lazy_dataclass import lazy_dataclass
 
 MOST_ROWS: Final = 500  # in the table of runs
 MOST_GROUPS: Final = 200  # of failures; more are counted as one
-MOST_COLUMNS: Final = 200  # of parameters, and of measurements
 SAMPLE: Final = 20_000  # runs for pairs of parameters
 MORE: Final = ("other reasons", "")
 
@@ -35,28 +34,27 @@ class FailureGroup:
         example: The first of them, by number.
         count: Their number.
         is_same: Whether their reasons are the same, with all numbers.
-        extents: Least and largest value of each parameter; of texts, both are the only one, or None.
+        values: Values of each parameter.
     """
 
     example: Row
     count: int = 0
     is_same: bool = True
-    extents: dict[str, tuple[Any, Any]] = field(default_factory=dict)
+    values: dict[str, CommonValues] = field(default_factory=dict)
 
-    def add(self, reason: str, values: Mapping[str, Any]) -> None:
-        """Count a failure.
+    def add(self, reasons: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> None:
+        """Count failures.
 
         Args:
-            reason: Its reason.
-            values: Values of its parameters.
+            reasons: Their reasons.
+            rows: Values of their parameters.
         """
-        self.count += 1
-        self.is_same = self.is_same and reason == self.example.reason
-        for path, value in values.items():
-            if path in self.extents:
-                self.extents[path] = _extended(self.extents[path], value)
-            elif self.count == 1 and len(self.extents) < MOST_COLUMNS:
-                self.extents[path] = value, value
+        self.is_same = self.is_same and all(reason == self.example.reason for reason in reasons)
+        if not self.count:
+            self.values = {path: CommonValues() for path in islice(rows[0], MOST_COLUMNS)}
+        self.count += len(rows)
+        for path, values in self.values.items():
+            values.add(values_of(rows, path))
 
 
 @lazy_dataclass
@@ -141,8 +139,8 @@ def _count(found: Summary, batch: Batch) -> None:
     for positions, has_failed in ((passed, False), (failed, True)):
         chosen = [values[position] for position in positions]
         found.sample.extend([(each, has_failed) for each in chosen])
-        _count_columns(found.parameters, chosen, has_failed)
-        _count_columns(found.measurements, [measured[position] for position in positions], has_failed)
+        count_columns(found.parameters, chosen, has_failed)
+        count_columns(found.measurements, [measured[position] for position in positions], has_failed)
 
 
 def _count_hosts(found: Summary, batch: Batch) -> None:
@@ -155,23 +153,10 @@ def _count_hosts(found: Summary, batch: Batch) -> None:
         found.last = max(found.last, *started)
 
 
-def _count_columns(columns: dict[str, Column], rows: Sequence[Mapping[str, Any]], has_failed: bool) -> None:
-    for name in dict.fromkeys(chain.from_iterable(rows)):
-        if name in columns or len(columns) < MOST_COLUMNS:
-            columns.setdefault(name, Column()).add_equal(_values_of(rows, name), has_failed)
-
-
-def _values_of(rows: Sequence[Mapping[str, Any]], name: str) -> Sequence[object]:
-    """Return a value of each row; None if it is missing."""
-    try:
-        return list(map(itemgetter(name), rows))  # in half of the time
-    except KeyError:
-        return [row.get(name) for row in rows]
-
-
 def _group(groups: dict[tuple[str, str], FailureGroup], batch: Batch) -> None:
     runs, keys, places = batch.column("run"), batch.column("reason_key"), batch.column("where")
     reasons, values = batch.column("reason"), batch.column("values")
+    found: dict[tuple[str, str], list[int]] = {}
     for end, positions in batch.ends.items():
         for position in positions if end is not End.PASSED else ():
             key = (keys[position] or end.value, places[position])
@@ -182,14 +167,9 @@ def _group(groups: dict[tuple[str, str], FailureGroup], batch: Batch) -> None:
                 group = groups[key] = FailureGroup(batch.row(position))
             elif runs[position] < group.example.run:
                 group.example = batch.row(position)
-            group.add(reasons[position], values[position])
-
-
-def _extended(extent: tuple[Any, Any], value: object) -> tuple[Any, Any]:
-    low, high = extent
-    if is_number(low) and is_number(value):
-        return min(low, value), max(high, value)
-    return extent if low == value else (None, None)
+            found.setdefault(key, []).append(position)
+    for key, chosen in found.items():
+        groups[key].add([reasons[each] for each in chosen], [values[each] for each in chosen])
 
 
 def _rank(worst: list[tuple[Rank, Row]], batch: Batch) -> None:
