@@ -298,3 +298,14 @@ def test_a_few_outliers_do_not_hide_what_failures_have_in_common(tmp_path: Path,
         [(count, low)] = found
         assert int(count) == 80 - outliers
         assert 0.75 <= float(low) <= 0.815
+
+
+def test_values_that_fail_always_are_named_beside_rare_ones(tmp_path: Path) -> None:
+    given = []
+    for number in range(1, 301):
+        width = (0.2, 0.4, 0.8)[number % 3]
+        has_failed = width == 0.2 or number in (1, 2, 4)
+        end, reason = (End.FAILED, "stuck") if has_failed else (End.PASSED, "")
+        given.append(replace(row(number, end), values={"width": width}, reason=reason, reason_key=reason))
+    text, _ = report(tmp_path, given)
+    assert "<p>100 of 103 have width = 0.2.</p>" in text

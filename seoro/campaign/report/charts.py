@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import Final
 
@@ -15,6 +15,7 @@ _LABEL: Final = 112  # width of labels
 _COUNT: Final = 72
 _LINE: Final = 22
 _LETTERS: Final = 16  # of a label
+_NAMED: Final = 3  # values, for whose labels there is space
 
 
 def rate_chart(buckets: Sequence[Bucket], floor: float) -> str:
@@ -99,7 +100,7 @@ def histogram(grouping: Grouping) -> str:
     Both have their own scale, so that few failures stay visible.
     """
     buckets = grouping.buckets
-    wide, tall = (WIDTH - 8.0) / len(buckets), 62.0
+    wide, tall, top = (WIDTH - 8.0) / len(buckets), 62.0, 16.0
     most_passed = max(bucket.passed for bucket in buckets) or 1
     most_failed = max(bucket.failed for bucket in buckets) or 1
     parts = []
@@ -107,21 +108,30 @@ def histogram(grouping: Grouping) -> str:
         x, width = 4 + number * wide, max(min(wide - 1.0, 60.0), 1.0)
         up, down = tall * bucket.passed / most_passed, tall * bucket.failed / most_failed
         title = escape(f"{bucket.label}: {bucket.passed:,} passed, {bucket.failed:,} failed")
+        bar = x + (wide - width) / 2
         parts.append(
-            f'<g><title>{title}</title><rect class="hit" {_box(x, 12, wide, 2 * tall + 2)}/>'
-            f'<rect class="passed" {_box(x, 12 + tall - up, width, up)}/>'
-            f'<rect class="failed" {_box(x, 14 + tall, width, down)}/></g>'
+            f'<g><title>{title}</title><rect class="hit" {_box(x, top, wide, 2 * tall + 2)}/>'
+            f'<rect class="passed" {_box(bar, top + tall - up, width, up)}/>'
+            f'<rect class="failed" {_box(bar, top + 2 + tall, width, down)}/></g>'
         )
-    bottom = 2 * tall + 28
-    parts.append(f'<path class="grid" d="M4 {13 + tall}H{WIDTH - 4}"/>')
+    bottom = top + 2 * tall + 16
+    parts.append(f'<path class="grid" d="M4 {top + 1 + tall}H{WIDTH - 4}"/>')
     parts.append(_text(WIDTH - 4, 9, f"passed, at most {most_passed:,}", "end", "dim"))
+    parts.extend(_values(buckets, wide, bottom))
     below = sum(bucket.failed for bucket in buckets)
     note = f"failed, at most {most_failed:,}" if below else "none failed"
-    parts.append(_text(WIDTH / 2, bottom, note, "middle", "dim"))
-    first, last = buckets[0], buckets[-1]
-    parts.append(_text(4, bottom, _end_of(first, first.low), "start"))
-    parts.append(_text(WIDTH - 4, bottom, _end_of(last, last.high), "end"))
-    return _svg(bottom + 6, parts, "Number of runs by value")
+    parts.append(_text(WIDTH - 4, bottom + 15, note, "end", "dim"))
+    return _svg(bottom + 21, parts, "Number of runs by value")
+
+
+def _values(buckets: Sequence[Bucket], wide: float, y: float) -> Iterator[str]:
+    """Yield the labels of an axis: of each of a few values, or of both ends."""
+    if len(buckets) <= _NAMED and buckets[0].low is None:
+        for number, bucket in enumerate(buckets):
+            yield _text(4 + (number + 0.5) * wide, y, _end_of(bucket, None), "middle")
+        return
+    yield _text(4, y, _end_of(buckets[0], buckets[0].low), "start")
+    yield _text(WIDTH - 4, y, _end_of(buckets[-1], buckets[-1].high), "end")
 
 
 def change_chart(changes: Sequence[tuple[str, float, Bounds]]) -> str:

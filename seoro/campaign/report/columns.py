@@ -118,9 +118,14 @@ class Column:
         """
         if not is_number(low):
             return low is not None and len(self._values) > 1
+        return bool(high - low <= self.extent / 2.0 and 0.0 < self.extent < math.inf)
+
+    @property
+    def extent(self) -> float:
+        """Difference of the largest and the least number; 0 without numbers."""
         numbers = [value for value in self._values if is_number(value)]
         ends = [self._edge(self._first), self._edge(self._last + 1)] if self._scale is not None else numbers
-        return bool(ends) and high - low <= (max(ends) - min(ends)) / 2.0 < math.inf and min(ends) < max(ends)
+        return max(ends) - min(ends) if ends else 0.0
 
     @property
     def _is_numeric(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import accumulate
 from typing import Any, Final
 
 from seoro.campaign.report.columns import Column, is_number
@@ -49,34 +50,37 @@ class CommonValues:
             self._ends = min(*numbers, *(self._ends or numbers)), max(*numbers, *(self._ends or numbers))
 
     def narrower_than(self, others: Column) -> Common | None:
-        """Return the values of most failures, if these are nearly all, and the values few of those of all runs.
+        """Return the values of nearly all failures, if they are few of those of all runs.
+
+        An outlier is left out if that makes the range narrower by more than its share of the failures.
 
         Args:
             others: The values of all runs.
         """
-        found = max(self._ranges(others), key=lambda each: (each.count, -each.width), default=None)
-        return found if found is not None and found.count >= NEARLY_ALL * self._count else None
+        extent = others.extent
+        found = (each for each in self._ranges() if others.is_narrower(each.low, each.high))
 
-    def _ranges(self, others: Column) -> Iterator[Common]:
-        """Yield the largest range up to each value that is narrower than the range of others, and single texts."""
+        def gain(each: Common) -> float:
+            return each.count / self._count - (each.width / extent if each.width else 0.0)
+
+        return max(found, key=gain, default=None)
+
+    def _ranges(self) -> Iterator[Common]:
+        """Yield the ranges and texts with nearly all failures, the widest first."""
+        needed = NEARLY_ALL * self._count
         buckets = [bucket for bucket in self._column.grouping(_BINS).buckets if bucket.runs]
-        first = 0
-        for last, bucket in enumerate(buckets):
-            if bucket.low is None and not is_number(bucket.exact):  # a text, or a rest
-                first = last + 1
-                if bucket.exact is not None and others.is_narrower(bucket.exact, bucket.exact):
-                    yield Common(bucket.exact, bucket.exact, bucket.runs)
-                continue
-            while first <= last:
-                found = self._range(buckets[first : last + 1])
-                if others.is_narrower(found.low, found.high):
-                    yield found
+        numbers = [bucket for bucket in buckets if bucket.low is not None or is_number(bucket.exact)]
+        sums = list(accumulate((bucket.runs for bucket in numbers), initial=0))
+        for first in range(len(numbers)):
+            for last in range(len(numbers), first, -1):
+                if (count := sums[last] - sums[first]) < needed:
                     break
-                first += 1
+                yield self._range(numbers[first], numbers[last - 1], count)
+        for bucket in buckets:
+            if isinstance(bucket.exact, str) and bucket.runs >= needed:
+                yield Common(bucket.exact, bucket.exact, bucket.runs)
 
-    def _range(self, buckets: Sequence[Bucket]) -> Common:
-        low, high = buckets[0].low, buckets[-1].high
-        count = sum(bucket.runs for bucket in buckets)
-        if low is None or high is None or self._ends is None:
-            return Common(buckets[0].exact, buckets[-1].exact, count)
-        return Common(max(low, self._ends[0]), min(high, self._ends[1]), count)
+    def _range(self, first: Bucket, last: Bucket, count: int) -> Common:
+        if first.low is None or last.high is None or self._ends is None:
+            return Common(first.exact, last.exact, count)
+        return Common(max(first.low, self._ends[0]), min(last.high, self._ends[1]), count)
