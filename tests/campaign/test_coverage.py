@@ -184,8 +184,8 @@ def test_items_of_invoked_scenarios_are_reached_by_their_arguments(
 ) -> None:
     space = inputs(tmp_path, INVOKED)
     assert {each.item for each in space.bins} == {
-        "sail.pace", "sail.heel", "sail.crew", "sail.both", "sail.drift", "sail.named"
-    }, "two invocations of `rest` may differ"  # fmt: skip
+        "sail.pace", "sail.heel", "sail.crew", "sail.both", "sail.drift", "sail.named", "rest.crew"
+    }  # fmt: skip
     for number, each in enumerate(space.bins):
         if each.bucket.startswith("2..3") or (each.item, each.bucket) == ("sail.heel", "0.5..1"):
             with pytest.raises(Excluded):
@@ -198,6 +198,64 @@ def test_items_of_invoked_scenarios_are_reached_by_their_arguments(
     shown = capsys.readouterr().out
     assert "sail.both: 6 of 6 buckets, 2 unreachable" in shown
     assert "keep(knots != 2)" in shown
+
+
+VARYING = """import osc.types
+import osc.helpers
+
+scenario sail:
+    pace: speed
+    crew: int
+    keep(pace < 2mps or crew > 1)
+    cover(pace, unit: mps, range: [0..4], every: 1, event: start)
+    cover(crew, range: [0..4], every: 2, event: start)
+    cover(both, items: [pace, crew], event: start)
+    do wait elapsed(1s)
+
+scenario rest:
+    crew: int
+    cover(crew, range: [0..6], every: 2, event: start)
+    do wait elapsed(1s)
+
+scenario main:
+    crew: int
+    keep(crew in [0..3])
+    do serial:
+        trip: sail(crew: crew) with:
+            keep(it.pace in [0mps..3mps])
+        rest(crew)
+        rest(5)
+"""
+
+
+def test_items_of_varying_parameters_and_of_several_invocations_are_reached(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    space = inputs(tmp_path, VARYING)
+    excluded: dict[tuple[str, str], tuple[str, ...]] = {}
+    for number, each in enumerate(space.bins):
+        try:
+            drawn = space.draw(each, number)
+        except Excluded as error:
+            excluded[each.item, each.bucket] = error.reasons
+        else:
+            assert (each.item, each.bucket) in drawn.samples, each
+            assert drawn.values.keys() == {"crew", "trip.pace"}
+    assert excluded.keys() == {("sail.both", "2..3 x 0..2"), ("sail.both", "3..4 x 0..2")}
+    assert "keep(pace < 2mps or crew > 1)" in excluded["sail.both", "2..3 x 0..2"][-1]
+    assert {each.bucket for each in space.bins if each.item == "rest.crew"} == {"0..2", "2..4", "4..6"}
+    monkeypatch.chdir(tmp_path)
+    assert run("out", "-j", "1") == 0
+    assert main(["campaign", "coverage", "out"]) == 0
+    shown = capsys.readouterr().out
+    assert "coverage: 100 % of all reachable buckets" in shown
+    assert "sail.both: 6 of 6 buckets, 2 unreachable" in shown
+
+
+def test_an_invocation_elsewhere_makes_its_items_outputs(tmp_path: Path) -> None:
+    hidden = "scenario inner:\n    do rest(2)\n\nscenario main"
+    text = VARYING.replace("scenario main", hidden).replace("rest(5)", "inner()")
+    assert {each.item for each in inputs(tmp_path, text).bins} == {"sail.pace", "sail.crew", "sail.both"}
 
 
 def told(space: InputSpace, points: list[Point], *, is_sampled: bool = True) -> Iterator[Told]:

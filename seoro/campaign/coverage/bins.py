@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import pairwise, product
 from typing import Final
 
@@ -38,14 +39,15 @@ class Bin(Value):
         bucket: Name of the bucket.
         target: Samples that it needs.
         parts: Number of combined items.
-        constraints: Constraints on parameters, as for `Options.constraints`; with them, samples are in the bucket.
+        ways: Constraints on parameters, as for `Options.constraints`. Those of any way lead to a sample there.
+            Items of behaviors have a way for each invocation.
     """
 
     item: str
     bucket: str
     target: int
     parts: int
-    constraints: tuple[str, ...]
+    ways: tuple[tuple[str, ...], ...]
 
 
 def bins_of(groups: Iterable[Group], plan: Plan) -> tuple[Bin, ...]:
@@ -55,7 +57,11 @@ def bins_of(groups: Iterable[Group], plan: Plan) -> tuple[Bin, ...]:
         groups: Items of the entry scenario, and of behaviors that it invokes.
         plan: The plan.
     """
-    return tuple(each for group in groups for each in _bins(group, plan))
+    found: dict[tuple[str, str], Bin] = {}
+    for each in (each for group in groups for each in _bins(group, plan)):
+        key = (each.item, each.bucket)
+        found[key] = replace(each, ways=(*found[key].ways, *each.ways)) if key in found else each
+    return tuple(found.values())
 
 
 def _bins(group: Group, plan: Plan) -> Iterator[Bin]:
@@ -73,7 +79,7 @@ def _bins(group: Group, plan: Plan) -> Iterator[Bin]:
         for chosen in product(*choices):
             bucket = " x ".join(label for label, _ in chosen)
             constraints = tuple(constraint for _, constraint in chosen)
-            yield Bin(f"{item.owner}.{item.name}", bucket, item.target, len(parts), constraints)
+            yield Bin(f"{item.owner}.{item.name}", bucket, item.target, len(parts), (constraints,))
 
 
 def _choices(item: CoverageItem, text: str, plan: Plan) -> list[tuple[str, str]]:

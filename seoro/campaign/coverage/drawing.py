@@ -12,7 +12,9 @@ from seoro.campaign.coverage.items import parts_of
 from seoro.campaign.space.axes import Axis
 from seoro.embed.scenarios import Scenario
 from seoro.errors import CONFLICT, UsageError
+from seoro.lang import plan as plan_
 from seoro.lang.frozen import Value
+from seoro.lang.lower.invocations import named_invocations
 from seoro.lang.lower.outside import ORIGIN
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
@@ -86,7 +88,7 @@ class InputSpace:
 
     @cached_property
     def _groups(self) -> tuple[Group, ...]:
-        return groups_of(self._plan)
+        return groups_of(self._plan, {axis.path for axis in self._axes})
 
     @cached_property
     def _paths(self) -> tuple[str, ...]:
@@ -107,10 +109,20 @@ class InputSpace:
             Excluded: Constraints exclude the bin.
             UsageError: A parameter has no bounds, or another expression no value.
         """
+        reasons: list[str] = []
+        first = seed % len(wanted.ways)  # not always the same invocation, which runs may not reach
+        for way in (*wanted.ways[first:], *wanted.ways[:first]):
+            try:
+                return self._draw(way, seed)
+            except Excluded as excluded:
+                reasons.extend(excluded.reasons)
+        raise Excluded(tuple(dict.fromkeys(reasons)))
+
+    def _draw(self, way: Sequence[str], seed: int) -> Drawn:
+        """Draw values that meet the constraints of a way; see `draw` for the exceptions."""
         from seoro.runtime.parameters.parameters import make_entry  # noqa: PLC0415 - loads most of the runtime
 
-        constraints = (*self._constraints, *wanted.constraints)
-        plan = self._scenario.plan(self._name, self._overrides, constraints)
+        plan = self._scenario.plan(self._name, self._overrides, (*self._constraints, *way))
         reasons: tuple[str, ...] = ()
         for attempt in range(ATTEMPTS):
             try:
@@ -118,26 +130,46 @@ class InputSpace:
             except UsageError as error:
                 if error.code != CONFLICT:
                     raise
-                raise Excluded(tuple(_reasons(error.places, wanted.constraints))) from error
-            conflict = self._conflict(entry, plan)
-            if conflict is None:
-                values = {path: text for path in self._paths if (text := _text_at(entry, path, plan)) is not None}
-                return Drawn(values, self._samples(entry, plan))
-            reasons = tuple(_reasons(conflict.places[:-1], wanted.constraints))
+                raise Excluded(tuple(_reasons(error.places, way))) from error
+            try:
+                chosen = self._chosen(entry, seed + attempt, plan)
+            except NoSolution as conflict:
+                reasons = tuple(_reasons(conflict.places[:-1], way))
+                continue
+            texts = {path: _text_at(entry, path, plan) for path in self._paths}
+            for group in self._groups:
+                fields = plan.invoked(_invocation(group, plan)).structure.fields if group.own else {}
+                for name in group.own:
+                    text = value_text(chosen[group.invocation][name], fields[name].type, plan.structures)
+                    texts[f"{group.invocation}.{name}"] = text
+            values = {path: text for path, text in texts.items() if text is not None}
+            return Drawn(values, self._samples(entry, chosen, plan))
         raise Excluded(reasons)
 
-    def _conflict(self, entry: Instance, plan: Plan) -> NoSolution | None:
-        """Return the conflict of an invocation with the values, if there is one."""
-        from seoro.runtime.feasibility.conflicts import find_certain_conflicts  # noqa: PLC0415 - see `draw`
+    def _chosen(self, entry: Instance, seed: int, plan: Plan) -> Mapping[str, Mapping[str, Held]]:
+        """Return the values of varying parameters of invocations, by their names.
+
+        Raises:
+            NoSolution: An invocation contradicts the values of the scenario.
+        """
+        from seoro.runtime.feasibility.conflicts import choose_invoked, find_certain_conflicts  # noqa: PLC0415
 
         fields = plan.scenarios[plan.entry].structure.fields
         fixed = {path: entry.fields[path] for path in self._paths if path in fields}
-        return next(find_certain_conflicts(plan, fixed), None)
+        for conflict in find_certain_conflicts(plan, fixed):
+            raise conflict
+        return {
+            group.invocation: choose_invoked(_invocation(group, plan), fixed, plan, seed)
+            for group in self._groups
+            if group.own
+        }
 
-    def _samples(self, entry: Instance, plan: Plan) -> frozenset[tuple[str, str]]:
+    def _samples(
+        self, entry: Instance, chosen: Mapping[str, Mapping[str, Held]], plan: Plan
+    ) -> frozenset[tuple[str, str]]:
         found: set[tuple[str, str]] = set()
         for group in self._groups:
-            buckets = _buckets(group, entry, plan)
+            buckets = _buckets(group, entry, chosen.get(group.invocation, {}), plan)
             for item in group.items.values():
                 own = [buckets.get(part.name) for part in parts_of(item, group.items)]
                 known = [bucket for bucket in own if bucket is not None]
@@ -146,12 +178,16 @@ class InputSpace:
         return frozenset(found)
 
 
-def _buckets(group: Group, entry: Instance, plan: Plan) -> Mapping[str, str]:
+def _invocation(group: Group, plan: Plan) -> plan_.InvokeAction | plan_.InvokeScenario:
+    return named_invocations(plan.scenarios[plan.entry].body)[group.invocation]
+
+
+def _buckets(group: Group, entry: Instance, chosen: Mapping[str, Held], plan: Plan) -> Mapping[str, str]:
     """Return the buckets of the items of single values, by name."""
     found: dict[str, str] = {}
     for item in group.inputs:
         try:
-            value = evaluate(item.expression, group.environment(item, entry, plan))
+            value = evaluate(item.expression, group.environment(item, entry, chosen, plan))
         except EvaluationError:
             continue
         if item.unit is not None and isinstance(value, int | float):

@@ -1,24 +1,27 @@
 """Inputs: items whose values parameters of the entry scenario determine. All others are outputs, only observed.
 
-These are items of the entry scenario, and of behaviors that it invokes once, with the arguments of the invocation.
+These are items of the entry scenario, and of behaviors that it invokes, with the arguments of the invocations and
+the parameters of invocations that vary. If several invocations have samples of an item, each must determine its
+value.
 """
 
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Set
+from dataclasses import replace
 from typing import Final
 
 from seoro.campaign.coverage.items import items_in
 from seoro.lang import plan as plan_
 from seoro.lang.frozen import Value
-from seoro.lang.lower.invocations import invoked_name
+from seoro.lang.lower.invocations import named_invocations
 from seoro.lang.plan import AnyCoverageItem, CoverageItem, Plan
 from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Composed, Instance, types_of
 from seoro.runtime.values.environment import Environment
 from seoro.runtime.values.values import Fields
+from seoro.runtime.values.values import Value as Held
 
 _PURE: Final = (
     plan_.Arithmetic, plan_.Bound, plan_.Compare, plan_.Conditional, plan_.Contains, plan_.Convert, plan_.Field,
@@ -34,11 +37,15 @@ class Group(Value):
         items: All its items by name.
         texts: Values of its inputs by name, as expressions of the language in the scope of the entry scenario.
         arguments: Arguments of the invoked behavior; None for the entry scenario.
+        invocation: Name of the invocation; empty for the entry scenario.
+        own: Parameters of the invocation that vary, without an argument.
     """
 
     items: Mapping[str, AnyCoverageItem]
     texts: Mapping[str, str]
     arguments: Mapping[str, plan_.Expression] | None = None
+    invocation: str = ""
+    own: frozenset[str] = frozenset()
 
     @property
     def inputs(self) -> Iterator[CoverageItem]:
@@ -51,15 +58,18 @@ class Group(Value):
             if self.arguments is None:
                 yield from _leaves(item.expression, item.it)
             else:
-                for name in _read(item):
+                for name in _read(item) - self.own:
                     yield from _leaves(self.arguments[name], None)
 
-    def environment(self, item: CoverageItem, entry: Instance, plan: Plan) -> Environment:
+    def environment(
+        self, item: CoverageItem, entry: Instance, chosen: Mapping[str, Held], plan: Plan
+    ) -> Environment:
         """Return the environment of an input.
 
         Args:
             item: The input.
             entry: Instance of the entry scenario.
+            chosen: Values of the parameters of the invocation that vary.
             plan: The plan.
 
         Raises:
@@ -68,31 +78,55 @@ class Group(Value):
         if self.arguments is None:
             return Environment(entry, plan, {} if item.it is None else {"it": entry.fields[item.it]})
         around, fields = Environment(entry, plan), Fields()
-        fields.update({name: evaluate(self.arguments[name], around) for name in _read(item)})
+        for name in _read(item):
+            fields[name] = chosen[name] if name in self.own else evaluate(self.arguments[name], around)
         bindings = {} if item.it is None else {"it": fields[item.it]}
         return Environment(Composed("invoked", fields), plan, bindings, scenario=entry)
 
 
-def groups_of(plan: Plan) -> tuple[Group, ...]:
-    """Return the groups of a plan that have items, that of the entry scenario first."""
+def groups_of(plan: Plan, varied: Collection[str]) -> tuple[Group, ...]:
+    """Return the groups of a plan that have items, that of the entry scenario first.
+
+    Args:
+        plan: The plan.
+        varied: Paths of the parameters that vary.
+    """
     entry = plan.scenarios[plan.entry]
     items = items_in(plan, types_of(entry)[::-1])
     texts = {item.name: _text_of(item) for item in _single(items) if _is_input(item, plan)}
     groups = [Group(items, texts)]
-    seen = {_key(item) for item in items.values()}
-    numbers = Counter(
-        invoked_name(each) for scenario in plan.scenarios.values() for each in plan_.invocations_in(scenario.body)
-    )
-    for invocation in plan_.invocations_in(entry.body):
-        name = invoked_name(invocation)
-        declared = plan.actions if isinstance(invocation, plan_.InvokeAction) else plan.scenarios
-        items = items_in(plan, types_of(declared[name])[::-1])
-        if numbers[name] == 1 and items and seen.isdisjoint(map(_key, items.values())):
-            arguments = {key: value for key, value in invocation.arguments if _is_pure(value, None, plan)}
-            given = (item for item in _single(items) if _is_given(item, arguments))
-            groups.append(Group(items, {item.name: _given_text(item, arguments) for item in given}, arguments))
-            seen.update(map(_key, items.values()))
-    return tuple(groups)
+    for name, invocation in named_invocations(entry.body).items():
+        items = items_in(plan, types_of(plan.invoked(invocation))[::-1])
+        if items:
+            groups.append(_group(name, invocation, items, varied, plan))
+    outputs = {_key(item) for group in groups for item in group.items.values() if item.name not in group.texts}
+    for scenario in plan.scenarios.values():
+        for invocation in plan_.invocations_in(scenario.body) if scenario is not entry else ():
+            outputs.update(map(_key, items_in(plan, types_of(plan.invoked(invocation))).values()))
+    return tuple(_without(group, outputs) for group in groups)
+
+
+def _group(
+    name: str,
+    invocation: plan_.InvokeAction | plan_.InvokeScenario,
+    items: Mapping[str, AnyCoverageItem],
+    varied: Collection[str],
+    plan: Plan,
+) -> Group:
+    passed = {key for key, _ in invocation.arguments}
+    arguments = {key: value for key, value in invocation.arguments if _is_pure(value, None, plan)}
+    fields = plan.invoked(invocation).structure.fields
+    own = frozenset(key for key in fields if f"{name}.{key}" in varied and key not in passed)
+    known = arguments.keys() | own
+    given = (item for item in _single(items) if _is_given(item, known))
+    texts = {item.name: _given_text(item, arguments, name) for item in given}
+    return Group(items, texts, arguments, name, own)
+
+
+def _without(group: Group, outputs: Collection[tuple[str, str]]) -> Group:
+    """Leave out inputs that are outputs elsewhere."""
+    kept = {name: text for name, text in group.texts.items() if _key(group.items[name]) not in outputs}
+    return replace(group, texts=kept)
 
 
 def _key(item: AnyCoverageItem) -> tuple[str, str]:
@@ -118,12 +152,12 @@ def _is_pure(expression: plan_.Expression, it: str | None, plan: Plan) -> bool:
     return True
 
 
-def _is_given(item: CoverageItem, arguments: Mapping[str, plan_.Expression]) -> bool:
-    """Return whether the arguments of an invocation determine the value of an item of the invoked behavior."""
+def _is_given(item: CoverageItem, known: Set[str]) -> bool:
+    """Return whether known parameters of an invocation determine the value of an item of the invoked behavior."""
     nodes = list(plan_.walk(item.expression))
     is_known = all(isinstance(node, _PURE) or _is_it(node, item) for node in nodes)
     has_text = any(isinstance(node, plan_.Literal) and isinstance(node.value, str) for node in nodes)
-    return is_known and not has_text and _read(item) <= arguments.keys()
+    return is_known and not has_text and _read(item) <= known
 
 
 def _is_it(node: plan_.Expression, item: CoverageItem) -> bool:
@@ -142,14 +176,15 @@ def _text_of(item: CoverageItem) -> str:
     return _as_operand(text if item.it is None else re.sub(r"\bit\b", item.it, text))
 
 
-def _given_text(item: CoverageItem, arguments: Mapping[str, plan_.Expression]) -> str:
-    """Return the value of an item of an invoked behavior, with arguments instead of parameters."""
+def _given_text(item: CoverageItem, arguments: Mapping[str, plan_.Expression], invocation: str) -> str:
+    """Return the value of an item of an invoked behavior, with arguments or paths instead of parameters."""
     names = "|".join(map(re.escape, sorted(_read(item))))
     if not names:
         return _text_of(item)
 
     def argument(found: re.Match[str]) -> str:
-        return _as_operand(" ".join(arguments[found[0]].span.text.split()))
+        given = arguments.get(found[0])
+        return f"{invocation}.{found[0]}" if given is None else _as_operand(" ".join(given.span.text.split()))
 
     return _as_operand(re.sub(rf"(?<![\w.])(?:{names})\b", argument, _text_of(item)))
 

@@ -21,7 +21,7 @@ from seoro.runtime.expressions.evaluation import evaluate
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.instances.times import DURATION, Times
 from seoro.runtime.parameters.parameters import Invocation, choose_parameters
-from seoro.runtime.values.environment import Environment, EvaluationError, NoSolution
+from seoro.runtime.values.environment import Environment, EvaluationError, NoSolution, Seed
 from seoro.runtime.values.values import Fields, Value
 
 _OPEN = (
@@ -268,10 +268,8 @@ def _conflict(
     relaxed = Relaxation(invoked.structure, given, passed, invocation.constraints, around)
     if not relaxed.is_bound:
         return None
-    instance, times = Instance(invoked.name, Fields(), invoked, {}), _times(invocation, around)
-    attempt = Invocation(given, None, relaxed.limits, around, around.seed, None, (), times)
     try:
-        choose_parameters(plan, (relaxed.structure,), instance, attempt)
+        _choose(invocation, given, relaxed, around)
     except NoSolution as error:
         if error.code == CONFLICT:
             places = (*error.places, (invocation.span, "invoked here"))
@@ -279,6 +277,38 @@ def _conflict(
     except EvaluationError:
         pass  # the run reports it
     return None
+
+
+def choose_invoked(
+    invocation: InvokeScenario | InvokeAction, fixed: Mapping[str, Value], plan: Plan, seed: int
+) -> Mapping[str, Value]:
+    """Choose values of the parameters of an invocation of the entry scenario, as far as the text fixes the others.
+
+    Args:
+        invocation: The invocation.
+        fixed: Values of parameters of the entry scenario.
+        plan: The plan.
+        seed: Seed of the choice.
+
+    Raises:
+        NoSolution: The constraints contradict each other.
+        EvaluationError: A value cannot be computed.
+    """
+    entry, invoked = plan.scenarios[plan.entry], plan.invoked(invocation)
+    around = scope_of(entry, fixed, entry.structure.fields.keys() - fixed.keys(), (), plan)
+    given = fixed_values(invocation.arguments, around)
+    passed = frozenset(name for name, _ in invocation.arguments)
+    relaxed = Relaxation(invoked.structure, given, passed, invocation.constraints, around)
+    return _choose(invocation, given, relaxed, replace(around, seed=Seed(seed)))
+
+
+def _choose(
+    invocation: InvokeScenario | InvokeAction, given: Mapping[str, Value], relaxed: Relaxation, around: Environment
+) -> Mapping[str, Value]:
+    invoked, times = around.plan.invoked(invocation), _times(invocation, around)
+    instance = Instance(invoked.name, Fields(), invoked, {})
+    attempt = Invocation(given, None, relaxed.limits, around, around.seed, None, (), times)
+    return choose_parameters(around.plan, (relaxed.structure,), instance, attempt)
 
 
 def _times(invocation: InvokeScenario | InvokeAction, around: Environment) -> Times | None:
