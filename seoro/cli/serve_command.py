@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Awaitable, Callable
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import anyio
@@ -19,6 +20,7 @@ from seoro.cli.serving import check_name, endpoint_errors, place_of, stdin_close
 from seoro.cli.signals import termination_signals
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
+from seoro.files.executor_links import linked
 from seoro.text.printable import log_to_stderr
 
 if TYPE_CHECKING:
@@ -92,8 +94,9 @@ def run(options: argparse.Namespace) -> int:
 async def _serve(settings: ExecutorOptions, dies_with_parent: bool) -> int:
     from seoro.executor.service import open_executor  # noqa: PLC0415 - as above
 
-    with anyio.open_signal_receiver(*termination_signals()) as signals:
+    with ExitStack() as links, anyio.open_signal_receiver(*termination_signals()) as signals:
         async with open_executor(settings) as started:
+            links.enter_context(linked(settings.folder, state_folder()))
             where = place_of(settings.listen, settings.connect)
             print(f"executor '{settings.name}' {where}; Ctrl-C ends it", flush=True)
             if started.no_sandbox:

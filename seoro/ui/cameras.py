@@ -15,6 +15,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
+from seoro.files.executor_links import LINKS
 from seoro.ui.answers import answer
 from seoro.ui.pictures import NoPictures, connect_pictures
 from seoro.ui.registry import Known, LocalSource
@@ -70,13 +71,17 @@ async def _folders(known: Known, site: Site) -> Sequence[Path]:
     if not found:
         raise NoPictures(
             "pictures are shown for runs on this machine only; "
-            f"the executor '{known.run.place}' is on another one, or has a folder of its own"
+            f"the executor '{known.run.place}' is on another one, or that of another user"
         )
     return found
 
 
 def _executor_folders(state: Path, run: str) -> Sequence[Path]:
-    """Return the folders of a run on an executor with the default folder, or on one of a site."""
+    """Return the folders of a run on an executor of this user, or of a site."""
     if not run or not _HEX.issuperset(run):  # as an executor reports it
         return []
-    return [found for place in (state, state.parent) for found in place.glob(_HOME.format(run=run))]
+    return [
+        found
+        for place in (state, state.parent, state.parent / LINKS)
+        for found in place.glob(_HOME.format(run=run))
+    ]

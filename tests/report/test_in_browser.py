@@ -100,6 +100,19 @@ async def test_the_world_is_shown_in_three_dimensions(tmp_path: Path, open_repor
     assert opened.problems == []
 
 
+async def test_a_trace_without_behaviors_is_shown(tmp_path: Path, open_report: Open) -> None:
+    """As `seoro bag --trace` makes it."""
+    found = [record for record in records() if record["kind"] in ("run.start", "entity", "poses", "scene")]
+    write(tmp_path, [{**each, "seq": number} for number, each in enumerate(found)])
+    write_file(str(tmp_path / TRACE), tmp_path, tmp_path / "report.html")
+    opened = await open_report(tmp_path / "report.html")
+    await opened.page.get_by_text("No behavior started.").wait_for()
+    await opened.set_time(1.5)
+    assert "tb4" in await opened.page.locator(".poses tbody").inner_text()
+    assert await violations_of(opened.page) == []
+    assert opened.problems == []
+
+
 async def test_poses_by_odometry_say_so(tmp_path: Path, open_report: Open) -> None:
     found = [record for record in records() if record["kind"] != "scene"]
     at = next(number for number, each in enumerate(found) if each["kind"] == "poses")

@@ -99,7 +99,7 @@ def test_films_are_pictures_in_jpeg(tmp_path: Path, capsys: pytest.CaptureFixtur
     av = pytest.importorskip("av", reason="the extra `video` is not installed")
     video, file = film(tmp_path / "video.mp4", 4), trace(tmp_path, RECORDS)
     assert main(["trace", file, "--bag", str(tmp_path / "run"), "--video", str(video)]) == 0
-    pictures = messages(tmp_path / "run")["/video"]
+    pictures = messages(tmp_path / "run")["/video/compressed"]
     assert [each.format for each in pictures] == ["jpeg"] * 4
     times = [each.header.stamp.sec + each.header.stamp.nanosec / 1e9 for each in pictures]
     assert times == pytest.approx([times[0] + number / 10 for number in range(4)], abs=1e-3)

@@ -16,7 +16,24 @@ const MANY = 200; // rows, from which deep ones are folded at first
 const DEEP = 3;
 const AXIS = 34; // [px]
 
-export function Timeline({ run, state }: ViewProps) {
+export function Timeline(props: ViewProps) {
+  useCell(props.run.revision);
+  return props.run.rows.roots.length > 0 ? <Behaviors {...props} /> : <NoBehaviors />;
+}
+
+/** A run that has not begun, or a trace that was made from a bag. */
+function NoBehaviors() {
+  return (
+    <section class="panel timeline" id="timeline" aria-label="Timeline" tabIndex={-1}>
+      <div class="head">
+        <h2>Timeline</h2>
+      </div>
+      <p class="empty">No behavior started.</p>
+    </section>
+  );
+}
+
+function Behaviors({ run, state }: ViewProps) {
   const [folded, setFolded] = useState(() => foldedAtFirst(run));
   useCell(run.revision);
   const rows = useMemo(() => visibleRows(run.rows.roots, folded), [run, folded, run.rows.started.length]);
@@ -169,84 +186,78 @@ export function Timeline({ run, state }: ViewProps) {
           </button>
         </div>
       </div>
-      {rows.length === 0 ? (
-        <p class="empty">No behavior started.</p>
-      ) : (
-        <>
-          <div class="axis">
-            <span class="name">
-              {run.eventTimes.length > 0 ? plural(run.eventTimes.length, "event") : "time of the run"}
-            </span>
-            <div class="bars">
+      <div class="axis">
+        <span class="name">
+          {run.eventTimes.length > 0 ? plural(run.eventTimes.length, "event") : "time of the run"}
+        </span>
+        <div class="bars">
+          <canvas
+            ref={axis}
+            aria-hidden="true"
+            style={{ height: `${AXIS}px` }}
+            onPointerDown={(event) => {
+              event.currentTarget.setPointerCapture(event.pointerId);
+              setTime(event);
+            }}
+            onPointerMove={(event) => event.buttons > 0 && setTime(event)}
+          />
+          <div ref={pointer} class="pointer" aria-hidden="true" />
+        </div>
+      </div>
+      <div
+        ref={scroll}
+        class="scroll"
+        role="tree"
+        tabIndex={0}
+        aria-label="Behaviors"
+        aria-describedby="timeline-keys"
+        {...(active >= first && active < first + shown.length ? { "aria-activedescendant": `row-${active}` } : {})}
+        style={{ height: `${height}px` }}
+        onScroll={(event) => setTop(event.currentTarget.scrollTop)}
+        onKeyDown={onKey}
+      >
+        <div role="presentation" style={{ height: `${rows.length * ROW_HEIGHT}px` }}>
+          <div role="presentation" class="window" style={{ height: `${height}px` }}>
+            <div role="presentation" class="labels">
+              {shown.map((row, index) => (
+                <Label
+                  key={row.index}
+                  row={row}
+                  text={labelOf(run, row)}
+                  number={first + index}
+                  y={(first + index) * ROW_HEIGHT - top}
+                  isActive={first + index === active}
+                  isFolded={folded.has(row.index)}
+                  onFold={() => fold(row, !folded.has(row.index))}
+                  onChoose={() => {
+                    setActive(first + index);
+                    choose(row, state.time.value, false);
+                  }}
+                />
+              ))}
+            </div>
+            <div role="presentation" class="bars">
               <canvas
-                ref={axis}
+                ref={canvas}
                 aria-hidden="true"
-                style={{ height: `${AXIS}px` }}
-                onPointerDown={(event) => {
-                  event.currentTarget.setPointerCapture(event.pointerId);
-                  setTime(event);
+                style={{ height: `${height}px` }}
+                onWheel={onWheel}
+                onClick={(event) => {
+                  const index = rowOf(event);
+                  setActive(index);
+                  choose(rows[index], timeOf(event), true);
                 }}
-                onPointerMove={(event) => event.buttons > 0 && setTime(event)}
               />
-              <div ref={pointer} class="pointer" aria-hidden="true" />
+              <div ref={cursor} class="cursor" aria-hidden="true" />
             </div>
           </div>
-          <div
-            ref={scroll}
-            class="scroll"
-            role="tree"
-            tabIndex={0}
-            aria-label="Behaviors"
-            aria-describedby="timeline-keys"
-            {...(active >= first && active < first + shown.length ? { "aria-activedescendant": `row-${active}` } : {})}
-            style={{ height: `${height}px` }}
-            onScroll={(event) => setTop(event.currentTarget.scrollTop)}
-            onKeyDown={onKey}
-          >
-            <div role="presentation" style={{ height: `${rows.length * ROW_HEIGHT}px` }}>
-              <div role="presentation" class="window" style={{ height: `${height}px` }}>
-                <div role="presentation" class="labels">
-                  {shown.map((row, index) => (
-                    <Label
-                      key={row.index}
-                      row={row}
-                      text={labelOf(run, row)}
-                      number={first + index}
-                      y={(first + index) * ROW_HEIGHT - top}
-                      isActive={first + index === active}
-                      isFolded={folded.has(row.index)}
-                      onFold={() => fold(row, !folded.has(row.index))}
-                      onChoose={() => {
-                        setActive(first + index);
-                        choose(row, state.time.value, false);
-                      }}
-                    />
-                  ))}
-                </div>
-                <div role="presentation" class="bars">
-                  <canvas
-                    ref={canvas}
-                    aria-hidden="true"
-                    style={{ height: `${height}px` }}
-                    onWheel={onWheel}
-                    onClick={(event) => {
-                      const index = rowOf(event);
-                      setActive(index);
-                      choose(rows[index], timeOf(event), true);
-                    }}
-                  />
-                  <div ref={cursor} class="cursor" aria-hidden="true" />
-                </div>
-              </div>
-            </div>
-          </div>
-          <p class="legend" id="timeline-keys">
-            Keys: arrows move and fold, Enter chooses, + and − zoom, &lt; and &gt; pan, 0 fits, comma and dot step through
-            executions.
-            {chosen === null ? " Choose a bar to see why it started or ended." : ""}
-          </p>
-        </>
-      )}
+        </div>
+      </div>
+      <p class="legend" id="timeline-keys">
+        Keys: arrows move and fold, Enter chooses, + and − zoom, &lt; and &gt; pan, 0 fits, comma and dot step through
+        executions.
+        {chosen === null ? " Choose a bar to see why it started or ended." : ""}
+      </p>
     </section>
   );
 }

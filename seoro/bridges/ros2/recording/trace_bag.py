@@ -39,7 +39,7 @@ _UNFIT: Final = re.compile(r"[^A-Za-z0-9_]")
 _LEVELS: Final = {"debug": 10, "info": 20, "warning": 30, "error": 40}
 _UNKNOWN_CELL: Final = 255
 _ORIGIN: Final = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-FILM: Final = "/video"
+FILM: Final = "/video/compressed"  # by the rule of image_transport, so that rviz finds it
 
 
 def write_trace_bag(records: Iterable[Record], folder: Path, film: Iterable[tuple[float, bytes]] = ()) -> None:

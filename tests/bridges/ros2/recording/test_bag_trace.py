@@ -81,6 +81,24 @@ async def test_frames_scans_map_and_logs_of_a_robot_become_a_trace(tmp_path: Pat
     assert json.loads(frame_of_page.text)["notes"] == ["The trace was made from a bag. It has no verdict."]
 
 
+async def test_robots_with_odometry_only_have_poses(tmp_path: Path) -> None:
+    odometry = topic("/bot1/odom", "nav_msgs/msg/Odometry")
+    messages = [
+        (
+            odometry.name,
+            TYPES.encode(odometry.type, {"pose": {"pose": {"position": {"x": float(at)}}}}),
+            at * SECOND,
+        )
+        for at in range(3)
+    ]
+    folder = await write(tmp_path / "drive", messages, odometry)
+    assert main(["bag", str(folder), "--trace", str(tmp_path / "drive.jsonl")]) == 0
+    records = read(tmp_path / "drive.jsonl")
+    [entity] = [record["entity"] for record in records if record["kind"] == "entity"]
+    assert (entity["name"], entity["frame"]) == ("bot1", "odom")
+    assert [each["entities"]["bot1"][0] for each in records if each["kind"] == "poses"] == [0.0, 1.0, 2.0]
+
+
 def test_a_bag_made_from_a_trace_gives_the_same_trace(tmp_path: Path) -> None:
     file = trace(tmp_path, RECORDS)
     assert main(["trace", file, "--bag", str(tmp_path / "run")]) == 0
