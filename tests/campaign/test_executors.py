@@ -85,6 +85,23 @@ def test_a_run_that_ends_its_process_costs_itself_only(command: Command) -> None
     assert len({row["worker"] for row in table()}) == 4
 
 
+@pytest.mark.more
+@pytest.mark.parametrize(("isolation", "pythons"), [("run", 1), ("process", 3)])
+def test_runs_have_pythons_of_their_own_on_request(command: Command, isolation: str, pythons: int) -> None:
+    write_deadly()
+    Path("seoro.libraries/deadly.py").write_text("""from seoro import ActionContext, action
+
+
+@action("die")
+async def die(ctx: ActionContext, number: int) -> None:
+    raise RuntimeError(f"the hash is {hash('seoro')}")  # each Python draws a seed for it
+""")
+    main(command("--strategy", "grid", "--isolation", isolation, "--set", "number=1", "--repeat", "3"))
+    reasons = [row["reason"] for row in table()]
+    assert len(reasons) == 3 and all("the hash is" in reason for reason in reasons), reasons
+    assert len(set(reasons)) == pythons
+
+
 @pytest.mark.slow
 def test_ctrl_c_stops_runs_at_the_executor(command: Command, lab: RunningExecutor) -> None:
     process = start(*command("--runs", "100000", "--keep", "none")[1:])

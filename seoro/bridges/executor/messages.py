@@ -204,6 +204,7 @@ class CampaignWorker(ExecutorMessage):
     version: Text  # version of seoro; others are refused
     keep: Literal["failed", "all", "none"] = "failed"  # runs that keep their files
     parquet: bool = False  # whether trajectories of kept runs are also written as Parquet
+    has_own_python: bool = False  # whether a new Python makes the runs, instead of a copy of a running one
 
 
 class Submission(ExecutorMessage):

@@ -176,6 +176,7 @@ class ExecutorEngine:
             version=self._campaign.version,
             keep=self._campaign.keep,
             parquet=self._campaign.parquet,
+            has_own_python=self._campaign.isolation == "process",
         )
         with anyio.CancelScope(shield=True):  # or a submitted worker would be left
             run = await self._client.submit_bundle(self._name, self._bundle, STOP_IF_LOST, campaign=campaign)

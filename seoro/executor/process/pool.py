@@ -71,10 +71,12 @@ class Pool:
 
     Args:
         forks: Makes the processes.
+        environment: Environment variables of the processes.
     """
 
-    def __init__(self, forks: Forks) -> None:
+    def __init__(self, forks: Forks, environment: Mapping[str, str]) -> None:
         self._forks = forks
+        self._environment = environment
 
     async def acquire(self) -> Worker:
         """Return a new process.
@@ -83,6 +85,22 @@ class Pool:
             NoProcess: The fork server cannot make one.
         """
         return Worker(await self._forks.fork())
+
+    @asynccontextmanager
+    async def process(self, *, has_own_python: bool) -> AsyncIterator[Worker]:
+        """Yield a new process, which the block closes.
+
+        Args:
+            has_own_python: Whether it shares no memory with other runs. Its Python starts for about a second.
+
+        Raises:
+            NoProcess: The fork server cannot make one.
+        """
+        if not has_own_python:
+            yield await self.acquire()
+            return
+        async with open_forks(_MODULE, self._environment) as forks:
+            yield Worker(await forks.fork())
 
 
 @asynccontextmanager
@@ -93,7 +111,7 @@ async def open_pool(environment: Mapping[str, str]) -> AsyncIterator[Pool]:
         environment: Environment variables of the processes.
     """
     async with open_forks(_MODULE, environment) as forks:
-        yield Pool(forks)
+        yield Pool(forks, environment)
 
 
 def _frames_in(waiting: bytearray) -> list[tuple[Frame, bytes]]:

@@ -222,16 +222,18 @@ class Queue:
         try:
             await self._store.start(live.info.run)
             live.set(state=State.RUNNING, started=time.time())
-            worker = await self._pool.acquire()
-            try:
-                await self._execute_in(live, worker)
-            except BaseException:
-                worker.kill()
-                raise
-            finally:
-                live.release()
-                worker.close()
-                await worker.wait()
+            campaign = live.submission.campaign
+            has_own_python = campaign is not None and campaign.has_own_python
+            async with self._pool.process(has_own_python=has_own_python) as worker:
+                try:
+                    await self._execute_in(live, worker)
+                except BaseException:
+                    worker.kill()
+                    raise
+                finally:
+                    live.release()
+                    worker.close()
+                    await worker.wait()
         except OSError as error:  # a full disk
             await self._finish(live, State.ERROR, storage_error(error), b"")
         except Exception as error:

@@ -53,6 +53,20 @@ async def carry_out(worker: Worker, folder: Path) -> Ended:
     return end
 
 
+def parent_of(process: int) -> int:
+    return int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1])
+
+
+async def test_a_process_may_have_a_python_of_its_own(pool: Pool, tmp_path: Path) -> None:
+    parents = []
+    for number, has_own_python in enumerate((False, False, True, True)):
+        async with pool.process(has_own_python=has_own_python) as worker:
+            parents.append(parent_of(worker.process))
+            assert (await carry_out(worker, tmp_path / str(number))).verdict.passed
+    assert parents[0] == parents[1] and len(set(parents)) == 3
+    assert not any(Path(f"/proc/{parent}").exists() for parent in parents[2:])
+
+
 async def test_each_run_has_its_own_process(pool: Pool, tmp_path: Path) -> None:
     first, second = await pool.acquire(), await pool.acquire()
     for number, worker in enumerate((first, second)):
