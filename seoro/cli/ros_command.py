@@ -199,6 +199,9 @@ def _add_bags(bags: Commands) -> None:
         choices=("none", "lz4", "zstd"),
         default="none",
     )
+    add_option(
+        recording, "--storage", "format of the bag (default: mcap)", choices=("mcap", "sqlite3"), default="mcap"
+    )
     _add_hidden(recording, "; without TOPIC and --pattern, record all topics")
     playing = _leaf(bags, "play", "publish the messages of a bag", "bags.play_bag")
     playing.add_argument("bag", type=Path, metavar="BAG", help="rosbag2 folder, or file (.mcap or .db3)")

@@ -21,7 +21,7 @@ from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.descriptions import node_for_service
 from seoro.bridges.ros2.endpoints import Frames, RosPublisher, RosSubscription
 from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
-from seoro.bridges.ros2.recording import Playback, Recording, check_storage, open_bag, play, record
+from seoro.bridges.ros2.recording import Playback, Recording, open_bag, play, record
 from seoro.bridges.ros2.state.publishing import publishing_state
 from seoro.bridges.ros2.tf.listener import listen
 from seoro.bridges.ros2.tracks import RosTracks
@@ -198,10 +198,15 @@ class RosBackend:
         use_sim_time: bool,
     ) -> AsyncIterator[Recording]:
         """Record topics into a bag."""
-        check_storage(storage)
-        pattern = "" if topics else ".*"
         recording = record(
-            self._node, folder, topics, pattern=pattern, hidden=hidden, use_sim_time=use_sim_time, on_note=note
+            self._node,
+            folder,
+            topics,
+            pattern="" if topics else ".*",
+            hidden=hidden,
+            use_sim_time=use_sim_time,
+            storage=storage,
+            on_note=note,
         )
         async with recording as made:
             yield made

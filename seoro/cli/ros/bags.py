@@ -33,6 +33,7 @@ async def record_topics(options: argparse.Namespace) -> int:
             pattern=options.pattern or ("" if options.names or not options.all else ".*"),
             hidden=options.all,
             use_sim_time=options.use_sim_time,
+            storage=options.storage,
             compression=options.compression,
             on_note=_note,
         )

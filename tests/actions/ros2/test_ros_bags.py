@@ -79,8 +79,13 @@ async def test_impossible_actions_are_reported(invocation: str, reason: str, run
     assert reason in ran.verdict.reason
 
 
-async def test_other_storages_are_refused(tmp_path: Path, robot: str) -> None:
-    text = "scenario main:\n    do bag_record(['/count'], storage: 'sqlite3')\n"
+@pytest.mark.parametrize("storage", ["sqlite3", "csv"])
+async def test_bags_are_recorded_in_a_storage_format(storage: str, tmp_path: Path, robot: str) -> None:
+    text = f"scenario main:\n    do bag_record(['/count'], timestamp_suffix: false, storage: '{storage}')\n"
     ran = await run_with_results(tmp_path, robot, text)
-    assert ran.verdict.status is RunStatus.FAILED
-    assert "unsupported storage `sqlite3`" in ran.verdict.reason
+    if storage == "csv":
+        assert ran.verdict.status is RunStatus.FAILED
+        assert "unsupported storage `csv`" in ran.verdict.reason
+        return
+    assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
+    assert set(open_bag(tmp_path / "out" / "rosbag2" / "rosbag2_0.db3").topics) == {"/count"}

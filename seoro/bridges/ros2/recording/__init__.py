@@ -8,7 +8,7 @@ from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, Extent
 from seoro.bridges.ros2.recording.player import Playback, play
 from seoro.bridges.ros2.recording.reader import Bag, open_bag, repair_bag
 from seoro.bridges.ros2.recording.recorder import Recording, record
-from seoro.bridges.ros2.recording.writer import BagWriter, bag_folder, check_storage, write_bag
+from seoro.bridges.ros2.recording.writer import BagWriter, bag_folder, write_bag
 
 __all__ = [
     "Bag",
@@ -23,7 +23,6 @@ __all__ = [
     "UnknownTopic",
     "UnreadableBag",
     "bag_folder",
-    "check_storage",
     "open_bag",
     "play",
     "record",

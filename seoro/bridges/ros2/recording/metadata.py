@@ -101,18 +101,19 @@ def write_metadata(folder: Path, information: Mapping[str, Any]) -> None:
 
 
 def information(
-    files: Mapping[str, Extent], topics: Sequence[BagTopic], notes: Mapping[str, str]
+    files: Mapping[str, Extent], topics: Sequence[BagTopic], notes: Mapping[str, str], *, storage: str = "mcap"
 ) -> dict[str, Any]:
-    """Return the content of `metadata.yaml` for a bag of MCAP files.
+    """Return the content of `metadata.yaml`.
 
     Args:
         files: Extents of the files, by name.
         topics: Topics of all files.
         notes: Further notes, by name (`custom_data`).
+        storage: Storage format of the files, by its rosbag2 name.
     """
     return {
         "version": VERSION,
-        "storage_identifier": "mcap",
+        "storage_identifier": storage,
         **_times(reduce(or_, files.values())),
         "topics_with_message_count": [
             {"topic_metadata": _topic(topic), "message_count": topic.count} for topic in topics

@@ -263,6 +263,7 @@ async def record(
     pattern: str = "",
     hidden: bool = False,
     use_sim_time: bool = False,
+    storage: str = "",
     compression: Compression = "none",
     on_note: Note = lambda text: None,
 ) -> AsyncIterator[Recording]:
@@ -275,7 +276,8 @@ async def record(
         pattern: Regular expression; topics whose full names match are recorded when they appear.
         hidden: Whether to record hidden topics (a part of the name begins with `_`).
         use_sim_time: Whether to stamp messages with `/clock` instead of the time of this machine.
-        compression: Compression of the messages in the file.
+        storage: Storage format, by its rosbag2 name; empty for MCAP.
+        compression: Compression of the messages in an MCAP file.
         on_note: Called with notes.
 
     Raises:
@@ -284,7 +286,7 @@ async def record(
     """
     wanted = _wanted(node, topics, pattern, hidden)
     with unwrapped():
-        async with write_bag(folder, compression=compression) as writer, background() as tasks:
+        async with write_bag(folder, storage=storage, compression=compression) as writer, background() as tasks:
             recording = Recording(node, wanted, writer, on_note, use_sim_time=use_sim_time)
             tasks.start_soon(writer.wait_failed)
             tasks.start_soon(recording.follow, tasks)

@@ -1,4 +1,4 @@
-"""Writer of bags: a folder in the format of rosbag2, with one MCAP file.
+"""Writer of bags: a folder in the format of rosbag2, with one MCAP or SQLite file.
 
 Messages are queued and written by a thread, so that a slow disk does not block the event loop. A message is passed
 to the operating system `PERIOD` later, or as soon as `CHUNK` bytes are queued. If the process is killed, the file
@@ -25,13 +25,14 @@ from seoro.bridges.ros2.recording.errors import RecordingFailed, RefusedRecordin
 from seoro.bridges.ros2.recording.mcap_file import CHUNK, Compression, McapFile
 from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, write_metadata
 from seoro.bridges.ros2.recording.reader import repair_bag
+from seoro.bridges.ros2.recording.sqlite_file import STORAGE, SqliteFile
 
 PERIOD: Final = 0.5  # [s] in the queue
 METADATA_PERIOD: Final = 5.0  # [s] between updates of metadata.yaml
 MAX_WAITING: Final = 256 * 1024 * 1024  # [bytes] of the queue
 LOST: Final = "lost"  # name of the note about dropped messages
 DEFAULT_NAME: Final = "rosbag2"
-STORAGES: Final = ("", "mcap")  # the empty name is the default
+STORAGES: Final = {"": "mcap", "mcap": "mcap", STORAGE: "db3"}  # endings of files; the empty name is the default
 
 _Queued = BagMessage | tuple[BagTopic, str]  # a message, or a topic with the definition of its type
 
@@ -47,17 +48,13 @@ def bag_folder(parent: Path, name: str = DEFAULT_NAME, at: datetime | None = Non
     return parent / (name if at is None else f"{name}_{at:%Y_%m_%d-%H_%M_%S}")
 
 
-def check_storage(storage: str) -> None:
-    """Check the name of a storage format.
-
-    Raises:
-        RefusedRecording: The storage is unsupported.
-    """
+def _check_storage(storage: str, compression: Compression) -> None:
     if storage not in STORAGES:
         raise RefusedRecording(
-            f"unsupported storage `{storage}`: expected `mcap`",
-            help="leave it out; `rosbags-convert` of the package rosbags converts bags",
+            f"unsupported storage `{storage}`: expected `mcap` or `{STORAGE}`", help="leave it out for `mcap`"
         )
+    if storage == STORAGE and compression != "none":
+        raise RefusedRecording(f"unsupported compression of `{STORAGE}`", help="leave it out, or record MCAP")
 
 
 class BagWriter:
@@ -65,14 +62,14 @@ class BagWriter:
 
     Attributes:
         folder: Folder of the bag.
-        file: MCAP file in the folder.
+        file: File in the folder.
     """
 
-    def __init__(self, folder: Path, compression: Compression, most_waiting: int) -> None:
+    def __init__(self, folder: Path, storage: str, compression: Compression, most_waiting: int) -> None:
         self.folder = folder
-        self.file = folder / f"{folder.name}_0.mcap"
+        self.file = folder / f"{folder.name}_0.{STORAGES[storage]}"
         self._most_waiting = most_waiting
-        self._mcap = McapFile(self.file, compression)
+        self._content = SqliteFile(self.file) if storage == STORAGE else McapFile(self.file, compression)
         self._changed = threading.Condition()
         self._waiting: deque[_Queued] = deque()
         self._size = 0  # [bytes] in the queue
@@ -173,15 +170,15 @@ class BagWriter:
                 batch, is_last = self._next_batch()
                 for each in batch:
                     if isinstance(each, BagMessage):
-                        self._mcap.add_message(each)
+                        self._content.add_message(each)
                     else:
-                        self._mcap.add_topic(*each)
-                self._mcap.flush()
+                        self._content.add_topic(*each)
+                self._content.flush()
                 self._writing = 0
                 is_new = any(isinstance(each, tuple) for each in batch)
                 if is_new or time.monotonic() - self._metadata_written > METADATA_PERIOD:
                     self._write_metadata()
-            self._mcap.finish(self._all_notes())
+            self._content.finish(self._all_notes())
             self._write_metadata()
         except Exception as error:
             self._fail(error)
@@ -204,12 +201,12 @@ class BagWriter:
             return {**self._notes, **(lost if self._lost else {})}
 
     def _write_metadata(self) -> None:
-        write_metadata(self.folder, self._mcap.information(self._all_notes()))
+        write_metadata(self.folder, self._content.information(self._all_notes()))
         self._metadata_written = time.monotonic()
 
     def _fail(self, error: Exception) -> None:
         """Close the bag so that it can be read, and report the failure."""
-        self._mcap.abandon()
+        self._content.abandon()
         with contextlib.suppress(OSError, UnreadableBag):  # without disk space for the index, the bag is readable
             repair_bag(self.folder)
         problem = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
@@ -226,22 +223,24 @@ class BagWriter:
 
 @asynccontextmanager
 async def write_bag(
-    folder: Path, *, compression: Compression = "none", most_waiting: int = MAX_WAITING
+    folder: Path, *, storage: str = "", compression: Compression = "none", most_waiting: int = MAX_WAITING
 ) -> AsyncIterator[BagWriter]:
     """Write a bag during the block.
 
     Args:
         folder: Folder of the bag, which must not exist.
-        compression: Compression of the messages in the file.
+        storage: Storage format, by its rosbag2 name; empty for MCAP.
+        compression: Compression of the messages in an MCAP file.
         most_waiting: Size limit of the queue [bytes].
 
     Raises:
-        RefusedRecording: The folder exists, or cannot be created.
+        RefusedRecording: The folder exists, or cannot be created, or the format is unsupported.
         RecordingFailed: Some messages could not be written.
     """
+    _check_storage(storage, compression)
     try:
         await anyio.Path(folder).mkdir(parents=True)
-        writer = BagWriter(folder, compression, most_waiting)
+        writer = BagWriter(folder, storage, compression, most_waiting)
     except FileExistsError:
         raise RefusedRecording(f"{folder} exists; expected a new folder") from None
     except OSError as error:

@@ -36,11 +36,12 @@ async def write(
     folder: Path,
     messages: Iterable[tuple[str, bytes, int]],
     *topics: BagTopic,
+    storage: str = "",
     compression: Compression = "none",
     most_waiting: int = MAX_WAITING,
 ) -> Path:
     """Write a bag of messages: (topic, payload, [ns] after `START`)."""
-    async with write_bag(folder, compression=compression, most_waiting=most_waiting) as writer:
+    async with write_bag(folder, storage=storage, compression=compression, most_waiting=most_waiting) as writer:
         add(writer, *topics)
         for topic, payload, time in messages:
             writer.write(topic, payload, START + time)

@@ -1,6 +1,8 @@
 import signal
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import anyio
@@ -44,9 +46,10 @@ def talker(bag: Path, limit: int = 0) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-async def test_rosbags_reads_written_bags_with_types_hashes_and_qos(tmp_path: Path) -> None:
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+async def test_rosbags_reads_written_bags_with_types_hashes_and_qos(storage: str, tmp_path: Path) -> None:
     scan = TYPES.encode(SCAN, {"angle_max": 1.0, "ranges": [1.0, 2.5]})
-    bag = await write(tmp_path / "bag", [*talk(3), (SCANS.name, scan, 50)], CHATTER, SCANS)
+    bag = await write(tmp_path / "bag", [*talk(3), (SCANS.name, scan, 50)], CHATTER, SCANS, storage=storage)
     with Reader(bag) as reader:
         assert {each.topic: (each.msgtype, each.digest, each.msgcount) for each in reader.connections} == {
             "/chatter": (STRING, CHATTER.type_hash, 3),
@@ -62,6 +65,32 @@ async def test_rosbags_reads_written_bags_with_types_hashes_and_qos(tmp_path: Pa
         assert reader.duration == SECOND // 5 + 1  # rosbags ends after the last message
         found = [(each.topic, bytes(payload), time - START) for each, time, payload in reader.messages()]
     assert found == [talk(1)[0], (SCANS.name, scan, 50), *talk(3)[1:]]
+
+
+async def test_sqlite_bags_are_read_with_definitions_and_notes(tmp_path: Path) -> None:
+    async with write_bag(tmp_path / "bag", storage="sqlite3") as writer:
+        add(writer, CHATTER, SCANS)
+        writer.note("notes", "dark")
+        for topic, payload, time in talk(3):
+            writer.write(topic, payload, START + time)
+    bag = open_bag(tmp_path / "bag")
+    assert [bytes(each.payload) for each in bag.messages()] == [text(str(number)) for number in range(3)]
+    assert (bag.topics["/scan"].qos, bag.notes["notes"]) == (SCANS.qos, "dark")
+    with closing(sqlite3.connect(tmp_path / "bag" / "bag_0.db3")) as file:
+        found = dict(file.execute("SELECT topic_type, encoded_message_definition FROM message_definitions"))
+        [(version, metadata)] = file.execute("SELECT metadata_version, metadata FROM metadata")
+    assert found == {STRING: TYPES.schema(STRING), SCAN: TYPES.schema(SCAN)}
+    assert (version, yaml.safe_load(metadata)["storage_identifier"]) == (9, "sqlite3")
+
+
+async def test_unsupported_storages_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(RefusedRecording, match="unsupported storage `csv`: expected `mcap` or `sqlite3`"):
+        async with write_bag(tmp_path / "bag", storage="csv"):
+            pass
+    with pytest.raises(RefusedRecording, match="unsupported compression of `sqlite3`"):
+        async with write_bag(tmp_path / "bag", storage="sqlite3", compression="zstd"):
+            pass
+    assert not (tmp_path / "bag").exists()
 
 
 async def test_mcap_ros2_support_decodes_by_the_definitions_in_the_file(tmp_path: Path) -> None:
