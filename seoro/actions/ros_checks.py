@@ -8,11 +8,11 @@ from statistics import fmean
 from typing import Any, NamedTuple
 
 from seoro.actions.ros_comparison import Operator, compares, difference, read_expected
-from seoro.actions.ros_support import as_action_failure, log_missing, member, next_message, system_of
+from seoro.actions.ros_support import as_action_failure, log_missing, member, next_message, observed_system
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.ros2 import Members, Ros2System, RosClock, RosMessage, RosSubscription
+from seoro.runtime.contracts.ros2 import Members, ObservedSystem, RosClock, RosMessage, RosSubscription
 from seoro.runtime.functions.actions import action
 
 DATA_WITHIN = 1.0  # [s] for the first message, if its absence is a failure
@@ -31,7 +31,7 @@ class CheckOptions(NamedTuple):
     wait_for_first_message: bool
 
 
-@action("check_data", anywhere=Ros2System)
+@action("check_data", anywhere=ObservedSystem)
 async def check_data(
     ctx: ActionContext,
     topic_name: str,
@@ -83,7 +83,7 @@ async def check(
     wrong = f"no message on {topic}"
     limit = DATA_WITHIN if options.fail_if_no_data and not options.wait_for_first_message else None
     with as_action_failure(), log_missing(ctx, lambda: wrong):
-        async with system_of(ctx).subscribing(topic, type_name, qos) as subscription:
+        async with observed_system(ctx).subscribing(topic, type_name, qos) as subscription:
             while True:
                 message = await _take(ctx, subscription, limit, topic)
                 limit = None
@@ -105,7 +105,7 @@ async def _take(ctx: ActionContext, subscription: RosSubscription, limit: float 
 # ---------------------------------------------------------------- latency
 
 
-@action("assert_topic_latency", anywhere=Ros2System, open_ended=True)
+@action("assert_topic_latency", anywhere=ObservedSystem, open_ended=True)
 async def assert_topic_latency(
     ctx: ActionContext,
     topic_name: str,
@@ -119,7 +119,7 @@ async def assert_topic_latency(
     if rolling_average_count < 1:
         raise ActionFailed(f"invalid `rolling_average_count`: expected at least 1, found {rolling_average_count}")
     limit = None if wait_for_first_message else latency
-    system = system_of(ctx)
+    system = observed_system(ctx)
     with as_action_failure():
         async with (
             system.clock(lambda text: ctx.relay([text])) as clock,
@@ -215,7 +215,7 @@ def is_logger_of(logger: str, node: str) -> bool:
     return logger == name or (not node.startswith("/") and logger.endswith(f".{name}"))
 
 
-@action("log_check", anywhere=Ros2System)
+@action("log_check", anywhere=ObservedSystem)
 async def log_check(ctx: ActionContext, module_name: str, values: Sequence[str]) -> None:
     """Wait until a node logs a message that contains any of the texts."""
     if not values:

@@ -17,13 +17,13 @@ from seoro.actions.ros_checks import CheckOptions, check
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.ros2 import Ros2System, RosMessage
+from seoro.runtime.contracts.ros2 import ObservedSystem, RosMessage
 from seoro.runtime.functions.actions import action
 
 _EXECUTING: Final = Lock()  # held while a file is executed
 
 
-@action("check_data_external", anywhere=Ros2System, files=("file_path",))
+@action("check_data_external", anywhere=ObservedSystem, files=("file_path",))
 async def check_data_external(
     ctx: ActionContext,
     topic_name: str,

@@ -20,7 +20,7 @@ from seoro.errors import ActionFailed, BackendLost
 from seoro.robotics.geometry import Position3D
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import MobileRobots
-from seoro.runtime.contracts.ros2 import FramePose, Ros2System, RosClock, RosFrames
+from seoro.runtime.contracts.ros2 import FramePose, ObservedSystem, Ros2System, RosClock, RosFrames
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
@@ -29,7 +29,7 @@ DEFAULT_QOS = "system_default"
 WINDOW = 0.2  # [s] over which the speed of a frame is measured; shorter windows measure noise
 
 
-@action("differential_drive_robot.tf_close_to", home=MobileRobots | Ros2System)
+@action("differential_drive_robot.tf_close_to", home=MobileRobots | ObservedSystem)
 async def tf_close_to(
     ctx: ActionContext,
     robot: Actor,
@@ -48,7 +48,7 @@ async def tf_close_to(
         watch = partial(robots.watch_proximity, name, robot_frame_id, parent_frame_id, reference_point, threshold)
         await finish(ctx, watch, robots.cancel_watch)
         return
-    system, _ = ctx.home(robot, Ros2System)
+    system, _ = ctx.home(robot, ObservedSystem)
     namespace = _namespace(robot, namespace_override)
     distance = math.inf
     with as_action_failure():
@@ -66,7 +66,7 @@ def _far(frames: RosFrames, frame: str, parent: str, distance: float, threshold:
     return f"`{frame}` within {threshold:g} m of the point; it is {distance:.3g} m away"
 
 
-@action("differential_drive_robot.odometry_distance_traveled", home=MobileRobots | Ros2System)
+@action("differential_drive_robot.odometry_distance_traveled", home=MobileRobots | ObservedSystem)
 async def odometry_distance_traveled(
     ctx: ActionContext, robot: Actor, distance: float, namespace_override: str
 ) -> None:
@@ -76,7 +76,7 @@ async def odometry_distance_traveled(
         robots, name = ctx.home(robot, MobileRobots)
         await finish(ctx, partial(robots.watch_distance, name, distance), robots.cancel_watch)
         return
-    system, _ = ctx.home(robot, Ros2System)
+    system, _ = ctx.home(robot, ObservedSystem)
     namespace = _namespace(robot, namespace_override)
     topic = f"/{namespace}/odom" if namespace else "/odom"
     travelled, last = 0.0, None

@@ -18,7 +18,7 @@ from seoro.errors import ActionFailed, BackendError, BackendLost, UsageError, ca
 from seoro.lang.plan import PrimitiveType
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.actions.pending import Pending
-from seoro.runtime.contracts.ros2 import Members, Ros2System, RosMessage, RosSubscription
+from seoro.runtime.contracts.ros2 import Members, ObservedSystem, Ros2System, RosMessage, RosSubscription
 from seoro.runtime.functions.fitting import scalar
 from seoro.runtime.values.values import Struct, Variable
 
@@ -26,6 +26,11 @@ from seoro.runtime.values.values import Struct, Variable
 def system_of(ctx: ActionContext) -> Ros2System:
     """Return the ROS 2 system of a run, for actions that declare `Ros2System` at `@action`."""
     return ctx.anywhere(Ros2System)
+
+
+def observed_system(ctx: ActionContext) -> ObservedSystem:
+    """Return the ROS 2 system of a run, for actions that declare `ObservedSystem` at `@action`."""
+    return ctx.anywhere(ObservedSystem)
 
 
 @contextmanager
@@ -88,7 +93,7 @@ async def next_message(
     end, began = None if limit is None else loop.time() + limit, time.monotonic()
     while (message := subscription.receive_nowait()) is None:
         if end is not None and loop.time() >= end:
-            if loss := system_of(ctx).loss_since(began):
+            if loss := observed_system(ctx).loss_since(began):
                 raise BackendLost(loss)
             raise TimeoutError
         arrival = Pending()

@@ -5,12 +5,20 @@ from __future__ import annotations
 import anyio
 
 from seoro.actions.ros_messages import to_twist
-from seoro.actions.ros_support import as_action_failure, member, next_message, store, system_of, to_members
+from seoro.actions.ros_support import (
+    as_action_failure,
+    member,
+    next_message,
+    observed_system,
+    store,
+    system_of,
+    to_members,
+)
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import VelocityCommands
-from seoro.runtime.contracts.ros2 import Ros2System, RosPublisher
+from seoro.runtime.contracts.ros2 import ObservedSystem, Ros2System, RosPublisher
 from seoro.runtime.execution.background import BackgroundResource
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Variable
@@ -66,15 +74,15 @@ async def _command(ctx: ActionContext, topic: str, topic_type: str, value: objec
     await ctx.ask(ctx.by_name(robot, VelocityCommands).command_velocity(topic, velocity))
 
 
-@action("wait_for_data", anywhere=Ros2System)
+@action("wait_for_data", anywhere=ObservedSystem)
 async def wait_for_data(ctx: ActionContext, topic_name: str, topic_type: str, qos_profile: EnumValue) -> None:
     """Wait for the next message on a topic."""
     with as_action_failure():
-        async with system_of(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
+        async with observed_system(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
             await next_message(ctx, subscription)
 
 
-@action("topic_monitor", anywhere=Ros2System, open_ended=True)
+@action("topic_monitor", anywhere=ObservedSystem, open_ended=True)
 async def topic_monitor(
     ctx: ActionContext,
     topic_name: str,
@@ -86,7 +94,7 @@ async def topic_monitor(
     """Store each message of a topic in a variable, until cancelled."""
     what = f"`{member_name}` of {topic_name}" if member_name else f"a message of {topic_name}"
     with as_action_failure():
-        async with system_of(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
+        async with observed_system(ctx).subscribing(topic_name, topic_type, qos_profile.member) as subscription:
 
             def take() -> None:
                 while (message := subscription.receive_nowait()) is not None:

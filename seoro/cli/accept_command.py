@@ -1,49 +1,105 @@
-"""`seoro accept`: check a recorded trace against its scenario."""
+"""`seoro accept`: check a recorded trace, or a ROS 2 bag, against a scenario."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import sys
+from pathlib import Path
 
 from seoro.cli.arguments import add_option
-from seoro.cli.exit_status import Exit
-from seoro.cli.files import count
-from seoro.cli.output import use_colour
+from seoro.cli.exit_status import OF_STATUS, Exit
+from seoro.cli.files import count, write_errors
+from seoro.cli.output import print_reason, use_colour
+from seoro.cli.packages import ROS2, require
 from seoro.cli.trace_input import read_records
 from seoro.embed import accept, load
+from seoro.embed import run as run_scenario
+from seoro.errors import UsageError
+from seoro.files.replacing import replacing
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.render import render_text
 from seoro.runtime.accept import Acceptance, Unchecked, Violation
+from seoro.runtime.execution.outputs import TRACE
+from seoro.runtime.trace.jsonl import to_line
+from seoro.runtime.verdict import RunStatus
 from seoro.traces.reader import Record
 
 EXAMPLES = """examples:
   seoro exec maze.osc --clock virtual --trace trace.jsonl
   seoro accept trace.jsonl maze.osc
   seoro accept --json trace.jsonl maze.osc
+  seoro accept field/drive monitor.osc         # a bag: what happened satisfies a scenario that only observes
 
-exit status: 0 accepted, 1 not accepted, 2 the command line, the trace or the scenario is invalid"""
+exit status: 0 accepted, 1 not accepted, 2 the command line, the trace, the bag or the scenario is invalid"""
 
 _CODE = "E0530"
+_BAGS = (".mcap", ".db3")
 _MAX_SHOWN = 50  # violations, and things not checked, on the terminal
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("trace", metavar="TRACE", help="trace of `seoro exec --trace`; - for stdin")
-    parser.add_argument("file", metavar="SCENARIO", help="scenario file (.osc) of the run")
+    parser.add_argument(
+        "recorded",
+        metavar="TRACE",
+        help="trace of `seoro exec --trace`, or ROS 2 bag (folder, .mcap or .db3); - for stdin",
+    )
+    parser.add_argument("file", metavar="SCENARIO", help="scenario file (.osc) of the run, or to observe the bag")
+    add_option(parser, "--trace FILE", "with a bag: write the trace of the observation, for `seoro report`")
     add_option(parser, "--json", "print the result as one JSON object on stdout")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    records = read_records(options.trace)
+    if _is_bag(options.recorded):
+        return _accept_bag(options)
+    if options.trace is not None:
+        raise UsageError("`--trace` needs a bag", help="leave it out: the trace exists already")
+    records = read_records(options.recorded)
     acceptance = accept(load(options.file), records)
     if options.json:
         print(json.dumps(acceptance.plain(), ensure_ascii=False, indent=1))
     else:
         _show(acceptance, records)
     return Exit.PASSED if acceptance.accepted else Exit.FAILED
+
+
+class _Kept:
+    """Records of a run."""
+
+    def __init__(self) -> None:
+        self.records: list[Record] = []
+
+    def record(self, record: Record) -> None:
+        """Keep a record."""
+        self.records.append(record)
+
+
+def _is_bag(name: str) -> bool:
+    path = Path(name)
+    return path.suffix in _BAGS or (path.is_dir() and not (path / TRACE).exists())
+
+
+def _accept_bag(options: argparse.Namespace) -> int:
+    """Run the scenario as an observer of a bag."""
+    require("`seoro accept` of a bag", "ros2", *ROS2)
+    kept = _Kept()
+    observers = [kept] if options.trace is not None else []
+    verdict = run_scenario(load(options.file), bag=options.recorded, observers=observers)
+    if options.trace is not None:
+        with write_errors(options.trace), replacing(options.trace) as partial:
+            partial.write_bytes(b"".join(map(to_line, kept.records)))
+    accepted = verdict.status is RunStatus.PASSED
+    if options.json:
+        found = {"accepted": accepted, "reason": verdict.reason, "duration": verdict.duration}
+        print(json.dumps(found, ensure_ascii=False, indent=1))
+    elif accepted:
+        print(f"accepted: {options.recorded}, after {verdict.duration:.3f} s of the bag")
+    else:
+        print_reason(verdict)
+        print(f"not accepted: {options.recorded}, after {verdict.duration:.3f} s of the bag", file=sys.stderr)
+    return OF_STATUS[verdict.status]
 
 
 def _show(acceptance: Acceptance, records: list[Record]) -> None:

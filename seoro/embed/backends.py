@@ -17,12 +17,13 @@ from seoro.lang.frozen import Value
 from seoro.lang.plan import ActorType, Plan
 from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.execution.assignment import Placement
-from seoro.runtime.kernel.clock import Clock, RealClock, SimulatorClock, VirtualClock
+from seoro.runtime.kernel.clock import Clock, RealClock, SimulatorClock, TimeServer, VirtualClock
 from seoro.runtime.trace.reader import ReadClock, Readers
 
 if TYPE_CHECKING:
     from seoro.bridges.ros2.backend import RosBackend
     from seoro.bridges.ros2.participant import RosOptions
+    from seoro.bridges.ros2.recording.bag_system import BagSystem
     from seoro.bridges.sim.node import SimulatorNode
     from seoro.lab.resetting import Reset
     from seoro.lab.selectors import Selector
@@ -35,12 +36,14 @@ class OpenBackends(Value):
 
     Args:
         simulator: Simulator, if any.
+        time: Time server of the run, if any: a simulator or a bag.
         backends: All backends.
         placements: Explicit assignments of actors to robots.
         teardown: Teardown of its robots after the run.
     """
 
     simulator: SimulatorNode | None = None
+    time: TimeServer | None = None
     backends: tuple[Backend, ...] = ()
     placements: Mapping[str, Placement] = field(default_factory=dict)
     teardown: Teardown | None = None
@@ -76,9 +79,32 @@ async def open_backends(
             yield opened
     elif options.simulator is not None:
         async with _open(options.simulator, seed, options, _purpose(plan)) as node:
-            yield OpenBackends(node, (node,))
+            yield OpenBackends(node, node, (node,))
+    elif options.bag is not None:
+        system = _open_bag(options.bag)
+        yield OpenBackends(time=system, backends=(system,))
     else:
         yield OpenBackends()
+
+
+def _open_bag(path: Path) -> BagSystem:
+    """Open a bag as the ROS 2 system of a run.
+
+    Raises:
+        UsageError: The extra `ros2` is not installed, or the bag is unreadable.
+    """
+    try:
+        from seoro.bridges.ros2.recording.bag_system import BagSystem  # noqa: PLC0415 - an extra
+        from seoro.bridges.ros2.recording.reader import open_bag  # noqa: PLC0415 - an extra
+    except ModuleNotFoundError as error:
+        raise _missing_extra(error) from error
+    return BagSystem(open_bag(path))
+
+
+def _missing_extra(error: ModuleNotFoundError) -> UsageError:
+    return UsageError(
+        f"ROS 2 support is not installed: module '{error.name}' not found", help="pip install 'seoro[ros2]'"
+    )
 
 
 def resets_of(options: Options) -> Callable[[Path, str], Reset]:
@@ -171,21 +197,18 @@ def _ros_options(ros: Ros) -> RosOptions:
         import seoro.bridges.ros2.backend  # noqa: F401, PLC0415 - needs all packages of the extra
         from seoro.bridges.ros2.participant import RosOptions  # noqa: PLC0415 - an extra
     except ModuleNotFoundError as error:
-        raise UsageError(
-            f"ROS 2 support is not installed: module '{error.name}' not found",
-            help="pip install 'seoro[ros2]'",
-        ) from error
+        raise _missing_extra(error) from error
     return RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)
 
 
 def make_clock(
-    name: ClockName, node: SimulatorNode | None, rate: float, readers: Readers, debugger: Debugger | None = None
+    name: ClockName, node: TimeServer | None, rate: float, readers: Readers, debugger: Debugger | None = None
 ) -> Clock:
     """Make the clock of a run.
 
     Args:
         name: Name of the clock.
-        node: Simulator that provides the clock, if any.
+        node: Simulator or bag that provides the time, if any.
         rate: Rate of the simulator, in simulated seconds per second.
         readers: Readers of the trace; virtual and simulated time wait for them.
         debugger: Debugger of the run, which stops its time, too.

@@ -28,6 +28,8 @@ def check_options(options: Options) -> tuple[ClockName, float]:
     if options.scans > pose_rate(options):
         found = f"invalid rate of scans {options.scans:g}: expected 0 to {pose_rate(options):g}, the rate of poses"
         raise UsageError(found, help="scans are recorded with poses, in traces that are kept")
+    if options.bag is not None:
+        return _check_bag(options)
     if options.lab is not None:
         return _check_lab(options, options.lab)
     if options.simulator is not None:
@@ -35,6 +37,16 @@ def check_options(options: Options) -> tuple[ClockName, float]:
     if options.clock == "sim":
         raise UsageError("the clock 'sim' needs a simulator", help="add `--sim mujoco`")
     return options.clock or "real", math.inf
+
+
+def _check_bag(options: Options) -> tuple[ClockName, float]:
+    if options.simulator is not None or options.lab is not None or options.ros is not None:
+        raise UsageError(
+            "a bag contradicts a simulator, a lab and a ROS 2 system: nothing can be sent into the past",
+            help="leave out all but one of them",
+        )
+    _check_clock(options, "sim", "a bag")
+    return "sim", math.inf
 
 
 def _check_simulator(options: Options, simulator: Simulator) -> tuple[ClockName, float]:

@@ -204,6 +204,7 @@ class Options(Value):
         clock: Name of the clock; by default `real`, or `sim` with a simulator.
         simulator: Simulator to start or to connect to.
         ros: ROS 2 system to connect to.
+        bag: Recorded ROS 2 bag that the run observes, at the times of the bag, instead of a system.
         lab: Lab of the run, instead of `simulator`.
         leasing: Leasing of shared robots.
         observers: Observers of the trace.
@@ -233,6 +234,7 @@ class Options(Value):
     clock: ClockName | None = None
     simulator: Simulator | None = None
     ros: Ros | None = None
+    bag: Path | None = None
     lab: Lab | None = None
     leasing: Leasing = Leasing()
     observers: Sequence[Observer] = ()
@@ -268,6 +270,7 @@ class OptionFields(TypedDict, total=False):
     clock: ClockName | None
     simulator: Simulator | None
     ros: Ros | None
+    bag: AnyPath | None
     lab: Lab | None
     leasing: Leasing
     observers: Sequence[Observer]
@@ -329,6 +332,7 @@ _CONVERSIONS: Mapping[str, Callable[[str, object], Any]] = {
     "clock": to_text,
     "simulator": _instance(Simulator, 'seoro.Simulator(name="mujoco")'),
     "ros": _instance(Ros, 'seoro.Ros("tcp/192.168.0.7:7447")'),
+    "bag": to_path,
     "lab": _instance(Lab, 'seoro.Lab("hall.yaml")'),
     "leasing": _instance(Leasing, "seoro.Leasing(wait=60.0)"),
     "observers": list_of(_to_observer, "a list of objects with a method `record`"),

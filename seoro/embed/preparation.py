@@ -52,7 +52,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
     ):
         settings = Settings(
             seed=seed,
-            clock=make_clock(clock, opened.simulator, rate, readers, options.debugger),
+            clock=make_clock(clock, opened.time, rate, readers, options.debugger),
             backends=(*opened.backends, *systems),
             placements=opened.placements,
             observers=(readers, *options.observers, *(each for system in systems for each in system.observers)),

@@ -88,7 +88,7 @@ async def open_lab(
         async with teardown.after_block():
             # The simulator comes first, as the preferred backend.
             backends = tuple(sorted(opened.values(), key=lambda node: node is not simulator))
-            yield OpenBackends(simulator, backends, placements, teardown)
+            yield OpenBackends(simulator, simulator, backends, placements, teardown)
 
 
 def _simulator(

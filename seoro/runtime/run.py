@@ -18,7 +18,7 @@ from seoro.lang.plan import InvokeScenario, Plan
 from seoro.runtime.actions.needs import check_implementations, check_needs
 from seoro.runtime.behaviors.perform import carry_scenario, lasting, recorded, within
 from seoro.runtime.behaviors.records import record_instance
-from seoro.runtime.contracts.backends import CONTACT, DEPARTURE, WARNING, Backend
+from seoro.runtime.contracts.backends import CONTACT, DEPARTURE, EXHAUSTED, WARNING, Backend
 from seoro.runtime.events.declared import Events
 from seoro.runtime.execution.assignment import ActorAssignment
 from seoro.runtime.execution.context import ExecutionContext, Invoked
@@ -188,7 +188,7 @@ class Execution:
         scheduler.cause = self._trace.event(name, arguments)
         if name == CONTACT:
             services.contacts.report(backend, arguments)
-        elif name == DEPARTURE:
+        elif name in (DEPARTURE, EXHAUSTED):
             services.decide(RunStatus.FAILED, arguments["reason"], None)
         scheduler.cause = None
 

@@ -79,18 +79,19 @@ def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:
 
 
 def _nobody(invocation: InvokeAction, contract: Contract, homes: ActorAssignment, actor: str = "") -> MissingRobot:
-    from seoro.runtime.contracts.ros2 import Ros2System  # noqa: PLC0415 - for this message only
+    from seoro.runtime.contracts.ros2 import ObservedSystem, Ros2System  # noqa: PLC0415 - for this message only
 
     names = ", ".join(backend.name for backend in homes.backends)
     why = f"unsupported by {names}" if names else "the run has neither a simulator nor a robot"
     parts = get_args(contract) or (contract,)
     fixes = []
-    if any(part is not Ros2System for part in parts):
+    in_ros = (ObservedSystem, Ros2System)
+    if any(part not in in_ros for part in parts):
         fixes.append(
             "start a simulator with `--sim mujoco`, connect to a running one with `--connect`, or assign actors "
             "with `--lab`"
         )
-    if Ros2System in parts:
+    if any(part in in_ros for part in parts):
         fixes.append("reach a ROS 2 system with `--ros`, such as `--ros tcp/192.168.0.7:7447`")
     message = f"cannot carry out `{invocation.action}`: {why}"
     return MissingRobot(message, invocation.span, "; ".join(fixes), actor)

@@ -53,6 +53,9 @@ CONTACT = "contact"
 DEPARTURE = "left_world"
 """Event: a robot left its world, which fails the run; its argument `reason` becomes that of the verdict."""
 
+EXHAUSTED = "exhausted"
+"""Event: the backend has nothing more to report, which fails the run; its `reason` becomes that of the verdict."""
+
 BACKEND_EVENTS = (CONTACT, DEPARTURE, "navigation_feedback")
 """Events that backends report."""
 

@@ -133,17 +133,32 @@ class RosRecording(Protocol):
 
 
 @runtime_checkable
-class Ros2System(Protocol):
-    """A ROS 2 system. Entities created by a context manager exist during its block."""
+class ObservedSystem(Protocol):
+    """A ROS 2 system whose topics a run observes: a running one, or a recorded one."""
 
     def loss_since(self, moment: float) -> str:
         """See `backends.Connected`."""
 
-    def publishing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosPublisher]:
-        """Create a publisher of a topic; `qos` is one of `qos_preset_profiles`."""
-
     def subscribing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosSubscription]:
         """Create a subscription to a topic."""
+
+    def clock(self, note: Note) -> AbstractAsyncContextManager[RosClock]:
+        """Follow the time of the system: `/clock` if it is published, otherwise the clock of this machine.
+
+        Args:
+            note: Called when the clock jumps, unless another follower was notified.
+        """
+
+    def frames(self, namespace: str, note: Note) -> AbstractAsyncContextManager[RosFrames]:
+        """Follow the frames published in a namespace; empty for the root."""
+
+
+@runtime_checkable
+class Ros2System(ObservedSystem, Protocol):
+    """A ROS 2 system that a run takes part in. Entities created by a context manager exist during its block."""
+
+    def publishing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosPublisher]:
+        """Create a publisher of a topic; `qos` is one of `qos_preset_profiles`."""
 
     async def wait_for(self, wanted: Sequence[Wanted]) -> None:
         """Wait until all wanted entities exist at the same time; entities of this run do not count."""
@@ -183,16 +198,6 @@ class Ros2System(Protocol):
 
         The state is `gone` while the node does not exist.
         """
-
-    def clock(self, note: Note) -> AbstractAsyncContextManager[RosClock]:
-        """Follow the time of the system: `/clock` if it is published, otherwise the clock of this machine.
-
-        Args:
-            note: Called when the clock jumps, unless another follower was notified.
-        """
-
-    def frames(self, namespace: str, note: Note) -> AbstractAsyncContextManager[RosFrames]:
-        """Follow the frames published in a namespace; empty for the root."""
 
     def recording(
         self, folder: Path, topics: Sequence[str], note: Note, *, storage: str, hidden: bool, use_sim_time: bool
