@@ -19,7 +19,7 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
 from seoro.report.following import TraceFile
 from seoro.report.live import LiveRun
@@ -27,6 +27,8 @@ from tests.report.traces import many_records
 
 STATIC = Path(__file__).parents[1] / "seoro/report/static"
 WRITE = "import sys; from seoro.cli.main import main; sys.exit(main(sys.argv[1:]))"
+TABS = ("Source", "Log", "Records", "Plots", "Values")
+STEPS = 200
 FRAMES = """
 async () => {
   const slider = document.getElementById("time");
@@ -71,8 +73,8 @@ def open_served(trace: Path) -> float:
     return time.process_time() - start
 
 
-def open_in(browser: Browser, path: Path) -> tuple[float, float, float, float]:
-    """Open a report; returns first paint and ready [s], heap [MB], and the 95th percentile of a frame [ms]."""
+def open_in(browser: Browser, path: Path) -> tuple[float, ...]:
+    """Open a report; returns first paint and ready [s], heap [MB], and for each tab the numbers of `move`."""
     page = browser.new_page(viewport={"width": 1280, "height": 900})
     start = time.perf_counter()
     page.goto(path.as_uri(), wait_until="commit")
@@ -84,9 +86,24 @@ def open_in(browser: Browser, path: Path) -> tuple[float, float, float, float]:
     session.send("HeapProfiler.collectGarbage")
     heap = session.send("Runtime.getHeapUsage")
     used = (heap["usedSize"] + heap.get("backingStorageSize", 0)) / 1e6
-    frame = page.evaluate(FRAMES)
+    session.send("Performance.enable")
+    moved = [move(page, session, tab) for tab in TABS]
     page.close()
-    return paint / 1000, ready, used, frame
+    return paint / 1000, ready, used, *(value for each in moved for value in each)
+
+
+def move(page: Page, session: CDPSession, tab: str) -> tuple[float, float]:
+    """Move the time on a tab; returns the 95th percentile of a frame, and the time of scripts for one [ms]."""
+    page.get_by_role("tab", name=tab).click()
+    page.wait_for_timeout(500)
+    before = _script_time(session)
+    frame = page.evaluate(FRAMES)
+    return frame, 1000 * (_script_time(session) - before) / STEPS
+
+
+def _script_time(session: CDPSession) -> float:
+    found = session.send("Performance.getMetrics")["metrics"]
+    return next(float(each["value"]) for each in found if each["name"] == "ScriptDuration")
 
 
 def main() -> None:
@@ -110,8 +127,10 @@ def main() -> None:
                 for values in zip(*(open_in(browser, folder / f"{count}.html") for _ in range(3)), strict=True)
             ]
             browser.close()
-            paint, ready, heap, frame = best
-            print(f"  first paint {paint:.2f} s, ready {ready:.2f} s, {heap:.0f} MB, frame {frame:.1f} ms (95 %)")
+            paint, ready, heap, *moved = best
+            print(f"  first paint {paint:.2f} s, ready {ready:.2f} s, {heap:.0f} MB")
+            for tab, frame, script in zip(TABS, moved[::2], moved[1::2], strict=True):
+                print(f"  {tab}: frame {frame:.1f} ms (95 %), script {script:.1f} ms")
 
 
 if __name__ == "__main__":

@@ -99,9 +99,11 @@ class LineReader:
 
     def finish(self) -> Iterator[tuple[int, int, Record | InvalidRecord]]:
         """Return the last line if it has no end, as those of killed runs."""
-        line = b"".join(self._pieces)
+        line, omitted = b"".join(self._pieces), self._omitted
         self._pieces.clear()
-        return self._read([line], self._omitted, is_cut=True)
+        self._size = self._omitted = 0
+        yield from self._read([line], omitted, is_cut=True)
+        self._start -= 1  # it has no line break; more may follow if the run was not killed
 
     def _read(
         self, lines: Sequence[bytes], omitted: int, *, is_cut: bool

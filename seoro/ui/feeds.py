@@ -21,8 +21,9 @@ from seoro.ui.answers import RequestError, as_request_error
 from seoro.ui.registry import LocalSource, RunRegistry
 from seoro.ui.results import fetch_of_pages
 
-_PERIOD: Final = 0.1  # [s] between frames for a viewer
-_GROWING: Final = 0.05  # [s] between looks at the trace of an active run
+_GROWING: Final = 0.008  # [s] between looks at a trace that grows: half a frame of a display
+_QUIET: Final = 0.05  # [s] the same for one that has not grown for some time
+_SLOWER: Final = 1.1  # factor of this time after each look that finds nothing
 _ENDED: Final = 1.0  # [s] the same for a finished one, which another run may replace
 _KEPT: Final = 60.0  # [s] without viewers
 _MOST_KEPT: Final = 8  # feeds without viewers
@@ -68,14 +69,17 @@ class Feed:
 
     async def _read_file(self, source: LocalSource) -> None:
         with closing(TraceFile(source.trace, self._run, source.folder)) as file:
+            pause = _GROWING
             while True:
                 is_ended = self._registry.get(self._id).run.status.is_final  # before the last read
+                pause = min(_SLOWER * pause, _QUIET)
                 while await anyio.to_thread.run_sync(file.poll):
                     self._notify()
+                    pause = _GROWING
                 if is_ended and not self._run.is_finished:
                     await anyio.to_thread.run_sync(file.finish)
                     self._notify()
-                await anyio.sleep(_ENDED if is_ended else _GROWING)
+                await anyio.sleep(_ENDED if is_ended else pause)
 
     async def _read_remote(self, run: RemoteRun) -> None:
         with TemporaryFile() as file, closing(OpenTrace(file)) as trace:
@@ -98,15 +102,15 @@ class Feed:
         self._changed = anyio.Event()
 
     async def frames(self) -> AsyncGenerator[bytes, None]:
-        """Yield all data, then new data, until an error of the trace."""
+        """Yield all data, then new data since the frame before, until an error of the trace."""
         cursor: Cursor | None = None
         while not self.problem:
             changed = self._changed
             if self._has_data and not self._run.is_current(cursor):
                 frame, cursor = await anyio.to_thread.run_sync(self._run.frame, cursor)
                 yield frame
-            await changed.wait()
-            await anyio.sleep(_PERIOD)
+            else:
+                await changed.wait()
 
     async def block(self, number: int) -> bytes:
         """Return the compressed lines of a block, once it is read.

@@ -24,7 +24,7 @@ def routes(site: Site) -> list[BaseRoute]:
         await send_all(socket, _changes(site))
 
     async def follow_run(socket: WebSocket) -> None:
-        await send_all(socket, _frames(site, socket.path_params["run"]))
+        await send_all(socket, _frames(site, socket.path_params["run"]), on_request=True)
 
     async def read_block(request: Request) -> Response:
         async with site.feeds.viewing(request.path_params["run"]) as feed:

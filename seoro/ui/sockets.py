@@ -20,7 +20,7 @@ _REASON: Final = 120  # [bytes]
 Data: TypeAlias = bytes | Mapping[str, Any]
 
 
-async def send_all(socket: WebSocket, parts: AsyncGenerator[Data, None]) -> None:
+async def send_all(socket: WebSocket, parts: AsyncGenerator[Data, None], *, on_request: bool = False) -> None:
     """Send data until it ends or the page closes the socket.
 
     Args:
@@ -28,14 +28,18 @@ async def send_all(socket: WebSocket, parts: AsyncGenerator[Data, None]) -> None
         parts: Binary frames, and objects that are sent as JSON. It receives no request while the page is slow.
             An error is sent as an object with `error` and `help`, and
             closes the socket.
+        on_request: Whether each part but the first waits for a message of the page: it requests the next one.
     """
     await socket.accept()
+    requests = anyio.Semaphore(0)
     async with anyio.create_task_group() as tasks:
-        tasks.start_soon(_cancel_on_close, socket, tasks.cancel_scope)
+        tasks.start_soon(_receive, socket, requests, tasks.cancel_scope)
         try:
             async with aclosing(parts):
                 async for part in parts:
                     await _send(socket, part)
+                    if on_request:
+                        await requests.acquire()
         except (RequestError, SeoroError) as error:
             found = as_request_error(error)
             await _send(socket, found.data)
@@ -52,10 +56,10 @@ async def _send(socket: WebSocket, part: Data) -> None:
         await socket.send_text(to_json(part).encode("utf-8", "replace").decode())
 
 
-async def _cancel_on_close(socket: WebSocket, scope: anyio.CancelScope) -> None:
-    """Ignore messages of the page, until it closes the socket."""
+async def _receive(socket: WebSocket, requests: anyio.Semaphore, scope: anyio.CancelScope) -> None:
+    """Count the messages of the page, until it closes the socket."""
     while (await socket.receive())["type"] != "websocket.disconnect":
-        pass
+        requests.release()
     scope.cancel()
 
 

@@ -72,3 +72,11 @@ def test_lines_have_their_places_also_after_one_that_is_too_long(monkeypatch: py
         found += reader.finish()
         assert [trace[start:end] for start, end, _ in found] == [line for line in lines if line]
         assert [isinstance(record, InvalidRecord) for *_, record in found] == [False, True, False, True, False]
+
+
+def test_lines_have_their_places_if_a_finished_trace_grows() -> None:
+    first, more = b'{"t": 0, "kind": "a"}\n', b'{"t": 1, "kind": "b"}\n'
+    for cut in (b"", b'{"t": 0.5'):
+        reader = LineReader()
+        found = [*reader.feed(first + cut), *reader.finish(), *reader.feed(more)]
+        assert (first + cut + more)[slice(*found[-1][:2])] == more.rstrip()

@@ -43,7 +43,7 @@ class Browser:
 
     def frame(self, socket: ClientConnection) -> dict[str, Any]:
         """Return the JSON data of the next frame of a run."""
-        return read_frame(socket.recv(DEADLINE))[0]
+        return next_frame(socket)[0]
 
     def post(self, path: str, data: object = None) -> httpx.Response:
         return self.http.post(path, json=data, headers={"Origin": self.origin})
@@ -82,3 +82,10 @@ def read_frame(frame: bytes | str) -> tuple[dict[str, Any], bytes]:
     assert isinstance(frame, bytes)
     (length,) = struct.unpack_from("<I", frame)
     return json.loads(frame[4 : 4 + length]), frame[4 + length :]
+
+
+def next_frame(socket: ClientConnection) -> tuple[dict[str, Any], bytes]:
+    """Return the next frame of a run, and request the one after it."""
+    found = read_frame(socket.recv(DEADLINE))
+    socket.send("next")
+    return found

@@ -17,7 +17,7 @@ from seoro.ui import campaign_reader
 from seoro.ui.campaign_json import snapshot_of
 from seoro.ui.campaign_reader import CampaignReader, KnownRuns
 from tests.campaign.generated import generate, rows
-from tests.ui.browsing import DEADLINE, Browser, read_frame
+from tests.ui.browsing import DEADLINE, Browser, next_frame
 
 SCENARIO = """import osc.helpers
 import osc.types
@@ -84,7 +84,7 @@ def test_a_page_shows_a_campaign_and_its_kept_runs(browser: Browser, campaign: P
     assert failure["status"] == "failed"
     assert failure["values"] == {"noise": 0.3}
     with browser.socket(f"/api/run/{failure['kept']}") as socket:
-        frame, _ = read_frame(socket.recv(DEADLINE))
+        frame, _ = next_frame(socket)
     assert frame["first"]
     with browser.socket("/api/runs") as socket:
         runs = json.loads(socket.recv(DEADLINE))["runs"]

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
 from seoro.ui import debugging
-from tests.ui.browsing import DEADLINE, Browser, read_frame
+from tests.ui.browsing import DEADLINE, Browser, next_frame
 
 SCENARIO = """import osc.helpers
 
@@ -93,14 +93,14 @@ def test_a_page_debugs_a_run_and_follows_its_trace(browser: Browser, file: str, 
         entry = browser.run(lambda run: run["id"] == found["run"])
         assert (entry["status"], entry["place"], entry["file"]) == ("running", "debugger", file)
         with browser.socket(f"/api/run/{found['run']}") as socket:
-            frame, _ = read_frame(socket.recv(DEADLINE))
+            frame, _ = next_frame(socket)
             assert frame["first"]
             source = next(each for each in frame["sources"] if each.get("text") == SCENARIO)
             assert source["name"].endswith(file)
             page.ask("continue", threadId=1)
             assert page.event("exited")["exitCode"] == 0
             while frame.get("end") is None:
-                frame, _ = read_frame(socket.recv(DEADLINE))
+                frame, _ = next_frame(socket)
         assert frame["end"]["status"] == "passed"
         browser.run(lambda run: run["id"] == found["run"] and run["status"] == "passed")
 

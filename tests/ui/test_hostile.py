@@ -14,7 +14,7 @@ import pytest
 
 from seoro.cli.main import main
 from tests.executors import HELLO, MANY, NAME
-from tests.ui.browsing import DEADLINE, Browser, read_frame
+from tests.ui.browsing import Browser, next_frame
 
 NAMES = ("<img src=x onerror=alert(1)>", "right\u202eto left", "line\nbreak", 'quote"%2f..', "é" * 100)
 
@@ -41,7 +41,7 @@ def test_hostile_names_are_data(browser: Browser, hostile: list[Path]) -> None:
         shown = os.fsencode(path).decode("utf-8", "replace").replace("\ufffd", "?")
         run = browser.run(partial(_is_in, shown))
         with browser.socket(f"/api/run/{run['id']}") as opened:
-            assert read_frame(opened.recv(DEADLINE))[0]["count"] > 0
+            assert next_frame(opened)[0]["count"] > 0
         found = browser.http.get(f"/api/run/{run['id']}/report")
         assert found.status_code == 200
         assert found.headers["content-disposition"].isascii()
@@ -59,14 +59,14 @@ def test_a_page_that_does_not_read_delays_no_other(browser: Browser, folder: Pat
     with browser.socket(f"/api/run/{run}", max_queue=1) as slow, browser.socket(f"/api/run/{run}") as quick:
         count = 0
         while True:
-            data = read_frame(quick.recv(DEADLINE))[0]
+            data = next_frame(quick)[0]
             count = data.get("count", count)
             if data.get("end"):
                 break
         assert data["end"]["status"] == "passed"
-        late = read_frame(slow.recv(DEADLINE))[0]
+        late = next_frame(slow)[0]
         while not late.get("end"):
-            late = read_frame(slow.recv(DEADLINE))[0]
+            late = next_frame(slow)[0]
         assert late.get("count") == count
     lines = browser.http.get(f"/api/run/{run}/files/trace.jsonl").text.splitlines()
     assert [json.loads(line)["seq"] for line in lines] == list(range(count))

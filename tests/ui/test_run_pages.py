@@ -95,6 +95,22 @@ async def test_a_run_is_followed_and_stopped(
         assert found.problems == []
 
 
+async def test_a_run_without_behaviors_shows_those_that_start(
+    chromium: Browser, served: Served, folder: Path
+) -> None:
+    start, *rest = records("before its first behavior")
+    trace = write(folder / "results" / "starting", [start])
+    async with opened(chromium, served.access) as found:
+        page = found.page
+        await open_run(found, "before its first")
+        await page.get_by_text("No behavior started.").wait_for()
+        with trace.open("a") as file:
+            file.writelines(json.dumps(record) + "\n" for record in rest)
+        await page.get_by_role("tree").wait_for()
+        assert await page.get_by_role("heading", name="Timeline").count() == 1
+        assert found.problems == []
+
+
 async def test_a_lost_connection_is_shown_and_mended(chromium: Browser, served: Served, hello: Path) -> None:
     async with opened(chromium, served.access) as found:
         page = found.page

@@ -15,7 +15,8 @@ from websockets.exceptions import ConnectionClosed
 import seoro
 from seoro.ui.server import Served
 from tests.executors import LONG, NAME, RunningExecutor
-from tests.ui.browsing import DEADLINE, Browser, read_frame
+from tests.report.traces import records, write
+from tests.ui.browsing import DEADLINE, Browser, next_frame, read_frame
 
 
 def submitted(lab: RunningExecutor, text: str, folder: Path) -> str:
@@ -39,9 +40,9 @@ def test_a_run_in_a_folder_is_listed(browser: Browser, hello: Path) -> None:
 def test_frames_and_blocks_have_the_records_of_a_run(browser: Browser, hello: Path) -> None:
     run = browser.run(lambda run: run["folder"] == str(hello))
     with browser.socket(f"/api/run/{run['id']}") as socket:
-        data, columns = read_frame(socket.recv(DEADLINE))
+        data, columns = next_frame(socket)
         while not data.get("end"):
-            data, more = read_frame(socket.recv(DEADLINE))
+            data, more = next_frame(socket)
             columns += more
     assert data["end"]["status"] == "passed"
     assert columns
@@ -56,9 +57,9 @@ def test_a_run_of_an_executor_is_followed_and_stopped(
     run = "x" + submitted(lab, LONG, tmp_path)
     browser.run(lambda each: each["id"] == run and each["status"] == "running" and each["mayStop"])
     with browser.socket(f"/api/run/{run}") as socket:
-        assert read_frame(socket.recv(DEADLINE))[0]["first"]
+        assert next_frame(socket)[0]["first"]
         assert browser.post(f"/api/run/{run}/stop", {"reason": "enough"}).status_code == 200
-        while not (data := read_frame(socket.recv(DEADLINE))[0]).get("end"):
+        while not (data := next_frame(socket)[0]).get("end"):
             pass
     assert data["end"]["status"] == "cancelled"
     found = browser.run(lambda each: each["id"] == run and each["status"] == "cancelled")
@@ -75,7 +76,7 @@ def test_an_active_run_in_a_folder_is_followed_until_it_is_killed(
         try:
             run = browser.run(lambda run: run["folder"] == str(out) and run["status"] == "running")
             with browser.socket(f"/api/run/{run['id']}") as socket:
-                while "log" not in read_frame(socket.recv(DEADLINE))[0]["counts"]:
+                while "log" not in next_frame(socket)[0]["counts"]:
                     pass
             answer = browser.post(f"/api/run/{run['id']}/stop")
             assert (answer.status_code, answer.json()["error"]) == (409, "this run was started elsewhere")
@@ -83,6 +84,25 @@ def test_an_active_run_in_a_folder_is_followed_until_it_is_killed(
             process.kill()
     found = browser.run(lambda each: each["id"] == run["id"] and each["status"] == "killed")
     assert "no end" in found["reason"]
+
+
+def test_frames_wait_for_the_page(browser: Browser, folder: Path) -> None:
+    trace = write(folder / "results" / "growing", found := records()[:9])
+    run = browser.run(lambda run: run["folder"] == str(trace.parent))["id"]
+    with browser.socket(f"/api/run/{run}") as slow, browser.socket(f"/api/run/{run}") as quick:
+        count = next_frame(quick)[0]["count"]
+        assert read_frame(slow.recv(DEADLINE))[0]["count"] == count == len(found)
+        for number in range(3):
+            with trace.open("a") as file:
+                file.write(json.dumps({"t": number, "kind": "log", "level": "info", "message": "more"}) + "\n")
+            count += 1
+            while next_frame(quick)[0].get("count") != count:
+                pass
+        with pytest.raises(TimeoutError):
+            slow.recv(0)
+        slow.send("next")
+        frame = read_frame(slow.recv(DEADLINE))[0]
+        assert (frame["first"], frame["count"]) == (False, count)
 
 
 def test_unknown_runs_are_errors(browser: Browser, served: Served) -> None:

@@ -33,8 +33,10 @@ export function useCell<T>(cell: Cell<T>): T {
   return value;
 }
 
-/** Number of frames of a run, at most every `pause` milliseconds. */
-export function useRevision({ revision }: { revision: Cell<number> }, pause: number): number {
+const READABLE = 100; // [ms] between changes of texts
+
+/** Number of frames of a run, at most every `pause` milliseconds: for texts, which nobody reads more often. */
+export function useRevision({ revision }: { revision: Cell<number> }, pause = READABLE): number {
   const [value, setValue] = useState(revision.value);
   useEffect(() => {
     let timer: ReturnType<typeof setTimeout> | undefined;

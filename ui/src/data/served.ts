@@ -6,6 +6,8 @@ import { type BlockSource, decodeFrame } from "./frames";
 import { RunModel } from "./model";
 import { inflate } from "./unpack";
 
+const HIDDEN = 1_000; // [ms] between frames for a hidden page
+
 /** A run that is followed while its page is open. */
 export class ServedRun {
   /** The run; null until its first frame. A new one replaces it if the connection was lost. */
@@ -17,6 +19,8 @@ export class ServedRun {
     const source = blocksOf(path);
     this.socket = new LiveSocket(path, (data) => {
       if (typeof data === "string") return;
+      // The server sends the next frame while the page draws this one: a busy page gets fewer and larger frames.
+      whenDrawn(() => this.socket.send("next"));
       const frame = decodeFrame(data);
       if (this.model.value === null || frame.meta.first) this.model.value = new RunModel(frame, source, true);
       else this.model.value.append(frame);
@@ -25,6 +29,17 @@ export class ServedRun {
 
   close(): void {
     this.socket.close();
+  }
+}
+
+/** Call a function when the page draws next; later if it is hidden, and draws nothing. */
+function whenDrawn(call: () => void): void {
+  const timer = setTimeout(done, HIDDEN);
+  const frame = requestAnimationFrame(done);
+  function done() {
+    clearTimeout(timer);
+    cancelAnimationFrame(frame);
+    call();
   }
 }
 

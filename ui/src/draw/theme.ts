@@ -16,8 +16,16 @@ export interface Theme {
   font: string;
 }
 
-/** Read the colours of the page. */
+const DARK = matchMedia("(prefers-color-scheme: dark)");
+let known: Theme | null = null;
+DARK.addEventListener("change", () => (known = null)); // before other listeners, which draw
+
+/** Colours of the page. They are read once: reading them makes the browser compute all styles anew. */
 export function theme(): Theme {
+  return (known ??= read());
+}
+
+function read(): Theme {
   const style = getComputedStyle(document.documentElement);
   const get = (name: string) => style.getPropertyValue(`--${name}`).trim();
   return {
@@ -39,9 +47,8 @@ export function theme(): Theme {
 
 /** Call a function when the system changes between light and dark; returns a function that stops this. */
 export function onThemeChange(listener: () => void): () => void {
-  const query = matchMedia("(prefers-color-scheme: dark)");
-  query.addEventListener("change", listener);
-  return () => query.removeEventListener("change", listener);
+  DARK.addEventListener("change", listener);
+  return () => DARK.removeEventListener("change", listener);
 }
 
 /** Make a canvas as sharp as the screen; returns its context, scaled to CSS pixels. */

@@ -10,7 +10,7 @@ import { nameOf, wordOf } from "../app/words";
 import type { RunModel } from "../data/model";
 import { ServedRun } from "../data/served";
 import { post } from "../net/api";
-import { PageState, useCell } from "../state";
+import { PageState, useCell, useRevision } from "../state";
 import { clip, plain } from "../text";
 import { RunViews } from "../views/RunViews";
 import { Verdict } from "../views/Verdict";
@@ -117,11 +117,15 @@ function Before({ entry, isRefused }: { entry: RunData | undefined; isRefused: b
 function Following({ run, served }: { run: RunModel; served: ServedRun }) {
   const isDebugged = useCell(debugSession.run) === served.id;
   const state = useMemo(() => stateOf(run, isDebugged), []);
-  const revision = useCell(run.revision);
+  useRevision(run); // whether it is active
   useEffect(() => {
-    if (state.isFollowing.value) state.time.value = run.end;
-    if (!run.isActive) state.isFollowing.value = false;
-  }, [run, revision]);
+    const follow = () => {
+      if (state.isFollowing.value) state.time.value = run.end;
+      if (!run.isActive) state.isFollowing.value = false;
+    };
+    follow();
+    return run.revision.subscribe(follow);
+  }, [run, state]);
   useRealClock(run);
   return (
     <>

@@ -4,7 +4,7 @@ import type { RunModel, Series } from "../data/model";
 import { after } from "../data/unpack";
 import { drawPlot, frameOf, plotTime, plotX } from "../draw/plot";
 import { onThemeChange, theme } from "../draw/theme";
-import { useCell } from "../state";
+import { useCell, useRevision } from "../state";
 import { clip, digits, plain, plural } from "../text";
 import type { ViewProps } from "./RunViews";
 
@@ -13,7 +13,7 @@ const HEIGHT = 130; // [px]
 const MOST = 60; // choices
 
 export function Plots({ run, state }: ViewProps) {
-  const all = useMemo(() => allSeries(run), [run, useCell(run.revision)]);
+  const all = useMemo(() => allSeries(run), [run, useRevision(run)]);
   const [picked, setChosen] = useState<ReadonlySet<string> | null>(null);
   const chosen = picked ?? new Set(all.slice(0, SHOWN).map(keyOf));
   const [filter, setFilter] = useState("");

@@ -1,7 +1,7 @@
 // The views of a run: time, world, tabs, timeline, chosen record.
 import { useEffect } from "preact/hooks";
 import type { RunModel } from "../data/model";
-import { type PageState, TABS, type Tab, useCell } from "../state";
+import { type PageState, TABS, type Tab, useCell, useRevision } from "../state";
 import { Coverage } from "./Coverage";
 import { Detail } from "./Detail";
 import { Plots } from "./Plots";
@@ -21,7 +21,7 @@ const LOGS = ["log.debug", "log.info", "log.warning", "log.error"];
 
 export function RunViews({ run, state }: ViewProps) {
   useEffect(() => startPlaying(run, state), [run, state]);
-  useCell(run.revision);
+  useRevision(run);
   const hasWorld = !run.tracks.isEmpty || run.meta.scene?.extent !== undefined;
   return (
     <>

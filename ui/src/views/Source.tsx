@@ -2,7 +2,7 @@
 import { useEffect, useMemo, useState } from "preact/hooks";
 import type { RunModel } from "../data/model";
 import { lineOf, type Row } from "../data/rows";
-import { Cell, useCell } from "../state";
+import { Cell, useCell, useRevision } from "../state";
 import { clip, plain, plural } from "../text";
 import type { ViewProps } from "./RunViews";
 import { VirtualList } from "./VirtualList";
@@ -13,7 +13,7 @@ const LONGEST = 2_000; // characters of a line
 
 export function Source({ run, state }: ViewProps) {
   const files = useMemo(() => run.meta.sources.filter((source) => typeof source.text === "string"), [run, run.meta.sources]);
-  useCell(run.revision);
+  useRevision(run);
   const byFile = useMemo(() => rowsByLine(run), [run, run.rows.started.length]);
   const place = useCell(state.place);
   const marks = useCell(state.lines?.marks ?? NO_MARKS);

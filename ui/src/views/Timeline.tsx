@@ -6,7 +6,7 @@ import { drawRow, ROW_HEIGHT, toTime, toX, type Window } from "../draw/bars";
 import { drawAxis } from "../draw/axis";
 import { panned, type Span, wholeSpan, zoomed } from "../draw/spans";
 import { onThemeChange, prepare, theme } from "../draw/theme";
-import { useCell } from "../state";
+import { useCell, useRevision } from "../state";
 import { plural } from "../text";
 import type { ViewProps } from "./RunViews";
 import { Label, labelOf } from "./TimelineLabel";
@@ -17,7 +17,7 @@ const DEEP = 3;
 const AXIS = 34; // [px]
 
 export function Timeline(props: ViewProps) {
-  useCell(props.run.revision);
+  useRevision(props.run);
   return props.run.rows.roots.length > 0 ? <Behaviors {...props} /> : <NoBehaviors />;
 }
 
@@ -35,7 +35,6 @@ function NoBehaviors() {
 
 function Behaviors({ run, state }: ViewProps) {
   const [folded, setFolded] = useState(() => foldedAtFirst(run));
-  useCell(run.revision);
   const rows = useMemo(() => visibleRows(run.rows.roots, folded), [run, folded, run.rows.started.length]);
   const [active, setActive] = useState(() => firstFailed(rows));
   const [top, setTop] = useState(0);
@@ -79,7 +78,8 @@ function Behaviors({ run, state }: ViewProps) {
   });
   useEffect(() => {
     const place = () => {
-      const x = toX(view, state.time.value);
+      // The end of a run that grows may be later than that of the drawn bars.
+      const x = toX(view, zoomedSpan === null ? Math.min(state.time.value, view.end) : state.time.value);
       const isVisible = x >= 0 && x <= width;
       for (const mark of [cursor.current, pointer.current]) {
         if (mark === null) continue;

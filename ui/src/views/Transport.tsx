@@ -1,7 +1,7 @@
 // The time that all views show: slider, play, steps.
 import { useEffect, useState } from "preact/hooks";
 import type { RunModel } from "../data/model";
-import { type PageState, useCell } from "../state";
+import { type PageState, useCell, useRevision } from "../state";
 import { seconds } from "../text";
 import type { ViewProps } from "./RunViews";
 
@@ -12,7 +12,7 @@ export function Transport({ run, state }: ViewProps) {
   const time = useCell(state.time);
   const isPlaying = useCell(state.isPlaying);
   const rate = useCell(state.rate);
-  useCell(run.revision);
+  useRevision(run);
   const isFollowing = useCell(state.isFollowing);
   const end = run.end || 1;
   const set = (value: number) => {

@@ -2,7 +2,7 @@
 import type { RunModel } from "../data/model";
 import type { Json, TraceRecord } from "../data/types";
 import { after } from "../data/unpack";
-import { useCell } from "../state";
+import { useCell, useRevision } from "../state";
 import { clip, digits, plain, seconds, shown } from "../text";
 import type { ViewProps } from "./RunViews";
 import { Place } from "./Place";
@@ -11,7 +11,7 @@ const MOST = 500; // rows of a table
 
 export function Values({ run, state }: ViewProps) {
   const time = useCell(state.time);
-  useCell(run.revision);
+  useRevision(run);
   const parameters = Object.entries(run.meta.start?.parameters ?? {});
   const variables = run.series.filter((series) => series.kind === "variable");
   const { margins, measurements } = run.meta;

@@ -3,7 +3,7 @@ import { useState } from "preact/hooks";
 import { lineOf } from "../data/rows";
 import { sourceLine } from "../data/sentences";
 import type { Activity, Emitter, Value } from "../data/types";
-import { useCell } from "../state";
+import { useRevision } from "../state";
 import { clip, duration, plain, plural, seconds, shown, whole } from "../text";
 import type { ViewProps } from "./RunViews";
 import { Place } from "./Place";
@@ -17,7 +17,7 @@ const WORDS: Record<string, [word: string, icon: string]> = {
 const VERBS: Record<string, string> = { waits: "waiting", runs: "running", holds: "held" };
 
 export function Verdict({ run, state }: ViewProps) {
-  useCell(run.revision);
+  useRevision(run);
   const { start, end, scene, notes } = run.meta;
   const status = end?.status ?? "unended";
   const [word, icon] = WORDS[status] ?? (run.isActive ? ["Running", "▶"] : ["Not ended", "…"]);

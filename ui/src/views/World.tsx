@@ -5,7 +5,7 @@ import { after } from "../data/unpack";
 import { onThemeChange, prepare, theme } from "../draw/theme";
 import { drawEntity, drawStill, drawWay, extentOf, fit, mapPicture, screen, type View } from "../draw/world";
 import { hasSpace } from "../space/loading";
-import { useCell } from "../state";
+import { useCell, useRevision } from "../state";
 import { clip, fixed, plain, plural } from "../text";
 import type { ViewProps } from "./RunViews";
 import { Space, type SpaceControl } from "./Space";
@@ -24,7 +24,7 @@ export function World({ run, state }: ViewProps) {
   const [view, setView] = useState<View | null>(null);
   const [map, setMap] = useState<HTMLCanvasElement | null>(null);
   const [themeCount, setThemeCount] = useState(0);
-  const revision = useCell(run.revision);
+  const revision = useRevision(run);
   const { scene } = run.meta;
   const extent = useMemo(() => extentOf(run), [run, scene, scene?.extent ? 0 : revision]);
 
