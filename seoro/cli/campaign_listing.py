@@ -40,6 +40,8 @@ def list_runs(space: Space, asked: Asked) -> None:
     listed = list(runs) if asked.runs is not None else list(islice(runs, LISTED))
     for axis in space.axes:
         print(f"  {axis.path} in {_values(axis)}")
+    if not space.axes:
+        print("  nothing varies; `--vary 'PARAMETER in [VALUE, VALUE]'` varies a parameter")
     print()
     width = len(str(max((run.number for run in listed), default=0)))
     for run in listed:

@@ -77,6 +77,14 @@ def test_runs_are_listed_without_a_run(write: Write, capsys: pytest.CaptureFixtu
     assert not Path("campaign").exists()
 
 
+def test_a_list_says_that_nothing_varies(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "import osc.helpers\nscenario main:\n    do log('x')\n"
+    assert main(["campaign", "run", write(text), "--seed", "5", "--repeat", "2", "--list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("  nothing varies; `--vary") and lines[1] == ""
+    assert lines[2:] == ["1  without variation  seed 5", "2  without variation  seed 6"]
+
+
 @pytest.mark.parametrize("strategy", ["grid", "random"])
 def test_the_listed_runs_are_those_of_the_campaign(
     write: Write, capsys: pytest.CaptureFixture[str], strategy: str

@@ -309,3 +309,13 @@ def test_values_that_fail_always_are_named_beside_rare_ones(tmp_path: Path) -> N
         given.append(replace(row(number, end), values={"width": width}, reason=reason, reason_key=reason))
     text, _ = report(tmp_path, given)
     assert "<p>100 of 103 have width = 0.2.</p>" in text
+
+
+def test_measurements_have_their_median_and_the_range_of_most_runs(tmp_path: Path) -> None:
+    given = [
+        replace(row(number, End.PASSED), measured={"robot.speed": number / 100, "robot.goals": number % 2})
+        for number in range(1, 201)
+    ]
+    text, _ = report(tmp_path, given)
+    assert re.search(r"median 1(\.0\d*)?, 90 % from 0\.10?\d* to 1\.9\d*<", text)
+    assert text.count("median") == 1, "two values need none"

@@ -7,9 +7,10 @@ the range of the numbers. So the counts are exact, and nearly the same in any or
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import accumulate, chain
 from operator import itemgetter
 from typing import Any, Final, TypeAlias, TypeGuard
 
@@ -108,6 +109,20 @@ class Column:
         return Grouping(
             tuple(self._range(group * factor, (group + 1) * factor, cell) for group, cell in counts.items())
         )
+
+    def quantiles(self, shares: Sequence[float]) -> Sequence[float]:
+        """Return quantiles of the numbers, to the width of a bin; empty without numbers.
+
+        Args:
+            shares: Share of the runs up to each quantile, from 0 to 1, in rising order.
+        """
+        if self._scale is None:
+            counts = [(value, sum(cell)) for value, cell in self._values.items() if is_number(value)]
+        else:
+            counts = [(self._edge(2 * number + 1) / 2.0, sum(cell)) for number, cell in self._bins.items()]
+        counts.sort()
+        sums = list(accumulate(count for _, count in counts))
+        return [counts[bisect_left(sums, share * sums[-1])][0] for share in shares] if sums else ()
 
     def is_narrower(self, low: Any, high: Any) -> bool:
         """Return whether some of the values are one of several texts, or within half of the range.

@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from seoro.campaign.coverage.counts import ItemCounts, failing
 from seoro.campaign.report.charts import coverage_bar, floor_of, heat_map, histogram, interval, rate_chart
-from seoro.campaign.report.columns import text_of
+from seoro.campaign.report.columns import Column, text_of
 from seoro.campaign.report.grouping import influence
 from seoro.campaign.report.summary import SAMPLE, FailureGroup, Summary
 from seoro.campaign.runs import End, Row
@@ -131,7 +131,15 @@ def measurements(summary: Summary) -> Iterator[str]:
         return
     yield "<h2>Measurements</h2>"
     order = sorted(groupings, key=lambda name: -influence(groupings[name].buckets))
-    yield from _folded([_card(name, histogram(groupings[name])) for name in order], "measurements")
+    notes = {name: _quantiles(summary.measurements[name]) for name in order if groupings[name].is_of_ranges}
+    cards = [_card(name, histogram(groupings[name]) + notes.get(name, "")) for name in order]
+    yield from _folded(cards, "measurements")
+
+
+def _quantiles(column: Column) -> str:
+    """Return the median and the middle 90 % of a measurement."""
+    low, middle, high = (f"{value:.4g}" for value in column.quantiles((0.05, 0.5, 0.95)))
+    return f'<p class="note">median {middle}, 90 % from {low} to {high}</p>'
 
 
 def coverage(summary: Summary) -> Iterator[str]:
