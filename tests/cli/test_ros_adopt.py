@@ -115,10 +115,26 @@ def test_unknown_namespaces_are_errors(adopt: Adopt, tmp_path: Path) -> None:
     assert not (tmp_path / "none").exists()
 
 
-def test_a_system_without_robots_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_system_without_robots_is_an_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.adoption.survey.START_TIMEOUT", 0.1)
     endpoint = free_endpoint()
     with process(str(Path(__file__).with_name("talking_node.py")), endpoint):
         assert main(["ros", "adopt", "--ros", endpoint, "-o", str(tmp_path)]) == 2
     err = capsys.readouterr().err
     assert "found 1 node, but no robot: nothing accepts geometry_msgs/msg/Twist" in err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_arm_without_names_of_joints_is_explained(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.bridges.ros2.adoption.survey.SETTLED_AFTER", 0.1)
+    endpoint = free_endpoint()
+    arm = ("arm", "control_msgs/action/FollowJointTrajectory")
+    with process(str(Path(__file__).with_name("talking_node.py")), endpoint, *arm):
+        assert main(["ros", "adopt", "--ros", endpoint, "-o", str(tmp_path), "--yes"]) == 2
+    err = capsys.readouterr().err
+    assert "no robot is described well enough: CHECK: /arm moves an arm" in err
+    assert "start the publisher of its joint states" in err

@@ -14,8 +14,8 @@ from typing import Final
 from seoro.bridges.addresses import BRIDGE, ROS_ROUTER
 from seoro.bridges.ros2.adoption.draft import CHECK, Draft, Question, Value
 from seoro.bridges.ros2.adoption.drafting import draft_profile
-from seoro.bridges.ros2.adoption.finding import MOVED_BY, find_robots
-from seoro.bridges.ros2.adoption.survey import survey
+from seoro.bridges.ros2.adoption.finding import MOVED_BY
+from seoro.bridges.ros2.adoption.survey import survey, wait_for_robots
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.robots.parts import PARTS
 from seoro.bridges.ros2.robots.profile import Profile
@@ -23,7 +23,7 @@ from seoro.bridges.ros2.router_checks import REMEDY, hidden_peers
 from seoro.bridges.ros2.wire import resolve_namespace
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
-from seoro.cli.ros.system import connected
+from seoro.cli.ros.system import connected, lists_nodes
 from seoro.errors import UsageError
 from seoro.files.commented_yaml import commented_yaml
 from seoro.files.replacing import replacing
@@ -59,7 +59,7 @@ async def adopt(options: argparse.Namespace) -> int:
     folder = Path(options.output)
     _check_absent([folder / LAB], is_forced=options.force)  # before any question
     async with connected(options) as node:
-        hidden = await hidden_peers(node.system.session)
+        hidden = await hidden_peers(node.system.session) if lists_nodes(node) else ""
         if hidden:
             print(f"warning: {hidden}: {REMEDY}", file=sys.stderr)
         robots = await _look(node, options.namespace)
@@ -74,7 +74,7 @@ async def adopt(options: argparse.Namespace) -> int:
 
 async def _look(node: RosNode, namespace: str | None) -> list[Adopted]:
     """Find and survey the robots of a system, or the one of a namespace."""
-    found = find_robots(node.graph, node.node.session)
+    found = await wait_for_robots(node)
     if namespace is not None:
         wanted = resolve_namespace(namespace)
         known = ", ".join(robot.namespace for robot in found) or "none"
@@ -82,11 +82,18 @@ async def _look(node: RosNode, namespace: str | None) -> list[Adopted]:
         if not found:
             raise UsageError(f"no robot in the namespace {wanted}", help=f"namespaces of robots: {known}")
     adopted: list[Adopted] = []
+    remarks: list[str] = []
     for robot in found:
         draft = draft_profile(await survey(node, robot))
         if "base" in draft.values or "arm" in draft.values:
             name = _unused(str(draft.values["model"]), [each.name for each in adopted])
             adopted.append(Adopted(name, robot.namespace, draft))
+        remarks += draft.remarks
+    if found and not adopted:
+        raise UsageError(
+            f"no robot is described well enough: {'; '.join(remarks)}",
+            help="start the publisher of its joint states, or the controller with the parameter `joints`",
+        )
     if not adopted:
         moved = ", ".join(PARTS[part].types[0] for part in MOVED_BY)
         raise UsageError(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import anyio
 
-from seoro.bridges.ros2.adoption.finding import FoundRobot
+from seoro.bridges.ros2.adoption.finding import FoundRobot, find_robots
 from seoro.bridges.ros2.clients.parameters import get_parameters, list_parameters
 from seoro.bridges.ros2.descriptions import decode_message
 from seoro.bridges.ros2.graph import RosGraph
@@ -17,11 +18,14 @@ from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.tf.listener import listen
 from seoro.bridges.ros2.urdf import Links, read_links
+from seoro.bridges.ros2.wire import Endpoint
 from seoro.bridges.ros2.wire.qos import matching_qos
 from seoro.concurrency.gathering import gather
 from seoro.errors import BackendError, UsageError
 
-MESSAGE_TIMEOUT: Final = 3.0  # [s]
+START_TIMEOUT: Final = 5.0  # [s] for nodes to start
+SETTLED_AFTER: Final = 1.0  # [s] without changes
+MESSAGE_TIMEOUT: Final = 5.0  # [s]
 FRAMES_TIME: Final = 1.0  # [s] in which frames are collected
 PARAMETER_TIMEOUT: Final = 3.0  # [s] for all parameters of a node
 SAMPLED: Final = ("odometry", "joint_states", "camera", "lidar", "battery", "description", "semantics")
@@ -60,6 +64,23 @@ class Survey:
     def parameters_named(self, name: str) -> Mapping[str, Any]:
         """Return the parameters of the first node with a name in any namespace."""
         return next((each for node, each in self.parameters.items() if node.rpartition("/")[2] == name), {})
+
+
+async def wait_for_robots(node: RosNode) -> tuple[FoundRobot, ...]:
+    """Return the robots of a system; wait a while for the first one, and for nodes that are starting."""
+    graph, own = node.graph, node.node.session
+
+    before: frozenset[Endpoint] = frozenset()
+
+    def has_changed(seen: RosGraph) -> bool:
+        return frozenset(node.others(seen.endpoints())) != before
+
+    with anyio.move_on_after(START_TIMEOUT), suppress(TimeoutError):
+        await graph.wait_for(lambda seen: find_robots(seen, own))
+        while True:
+            before = frozenset(node.others(graph.endpoints()))
+            await graph.wait_for(has_changed, SETTLED_AFTER)
+    return find_robots(graph, own)
 
 
 async def survey(node: RosNode, robot: FoundRobot) -> Survey:

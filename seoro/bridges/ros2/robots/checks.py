@@ -16,7 +16,7 @@ from seoro.bridges.ros2.robots.needs import Need, needs_of
 from seoro.bridges.ros2.robots.parts import ACTS, PUBLISHES, SUBSCRIBES, all_endpoints, is_of_bridge
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.router_checks import REMEDY, hidden_peers
-from seoro.bridges.ros2.wire import Endpoint, Kind, Qos
+from seoro.bridges.ros2.wire import Endpoint, Kind, Qos, RmwZenoh
 from seoro.bridges.ros2.wire.qos import mismatch
 from seoro.bridges.wire import RobotProblem
 from seoro.errors import BackendError
@@ -49,7 +49,8 @@ async def check_robot(profile: Profile, link: RobotLink) -> tuple[RobotProblem, 
         later.extend(await clock_problems(link.node, nodes))
 
     async def check_router() -> None:
-        hidden = await hidden_peers(link.node.system.session)
+        is_rmw_zenoh = isinstance(graph.dialect, RmwZenoh)
+        hidden = await hidden_peers(link.node.system.session) if is_rmw_zenoh else ""
         if hidden:
             later.append(RobotProblem(text=hidden, help=REMEDY, is_fatal=False))
 
