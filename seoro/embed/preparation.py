@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import asynccontextmanager, contextmanager
 from random import SystemRandom
@@ -53,6 +54,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
         settings = Settings(
             seed=seed,
             clock=make_clock(clock, opened.time, rate, readers, options.debugger),
+            rate=math.inf if opened.simulator is None else rate,
             backends=(*opened.backends, *systems),
             placements=opened.placements,
             observers=(readers, *options.observers, *(each for system in systems for each in system.observers)),

@@ -23,7 +23,8 @@ def repeat_command(start: Record, scene: Mapping[str, Any]) -> str:
     if isinstance(simulator, str) and simulator:
         words += ["--sim", simulator]
         words += ["--world", world] if isinstance(world, str) and world else []
-        words += ["--rate", "max"]
+        rate = start.get("rate")
+        words += ["--rate", f"{rate:g}" if isinstance(rate, int | float) else "max"]
     elif isinstance(start.get("clock"), str):
         words += ["--clock", start["clock"]]
     overrides = start.get("overrides")

@@ -7,6 +7,7 @@ backend, or a cancellation of its task cancel the run from outside; running beha
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from collections.abc import Awaitable, Mapping, Sequence
 from functools import cached_property, partial
@@ -286,6 +287,7 @@ class Execution:
             overrides=dict(self._settings.overrides),
             **({"constraints": list(self._settings.constraints)} if self._settings.constraints else {}),
             clock=self._settings.clock.name,
+            **({"rate": self._settings.rate} if math.isfinite(self._settings.rate) else {}),
             version=self._settings.version,
             **(self._tree.fields(self._settings.sources) if self._tree is not None else {}),
             **({"external": list(self._application.external)} if self._application is not None else {}),

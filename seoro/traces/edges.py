@@ -17,6 +17,23 @@ def read_start(file: IO[bytes]) -> Record | None:
     return _record(file.readline(_LONGEST_START), "run.start")
 
 
+def read_robots(file: IO[bytes], start: Record) -> tuple[str, ...]:
+    """Return the names of the robots of a run, as its first records have them: its scene, or those of a lab.
+
+    Args:
+        file: The trace.
+        start: Its record `run.start`.
+    """
+    file.seek(0)
+    file.readline(_LONGEST_START)
+    scene = _record(file.readline(_LONGEST_START), "scene") or {}
+    entities = scene.get("entities")
+    found = [each for each in entities if isinstance(each, dict)] if isinstance(entities, list) else []
+    names = [str(each.get("name")) for each in found if each.get("kind") == "robot"]
+    assigned = start.get("robots")
+    return tuple(names or (assigned if isinstance(assigned, dict) else ()))
+
+
 def read_end(file: IO[bytes]) -> Record | None:
     """Return the record `run.end` of a trace; None if it is missing or incomplete."""
     size = file.seek(0, 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 import anyio
 import anyio.to_thread
@@ -18,13 +18,14 @@ from seoro.concurrency.background import background
 from seoro.errors import BackendError, UsageError
 from seoro.files.inputs import Kind, open_input
 from seoro.runtime.execution.outputs import TRACE
-from seoro.traces.edges import read_start
+from seoro.traces.edges import read_robots, read_start
 from seoro.ui.registry import Known, Run, RunRegistry, Status, remote_id
 
 PERIOD: Final = 0.5  # [s] between requests for the list of runs
 RETRY: Final = 3.0  # [s] between attempts to connect
 PATIENCE: Final = 3.0  # [s] for answers
 MOST_RUNS: Final = 1000  # of an executor, the latest ones
+_Beginning: TypeAlias = tuple[str, tuple[str, ...]]  # scenario and robots of a run
 _LATEST: Final = 50  # runs of most requests
 _ALL: Final = 20  # requests, of which one is for all runs
 NO_EXECUTOR: Final = "no executor answers"
@@ -135,34 +136,35 @@ class Executors:
         place = self.shown(name)
         known = {each.run.id: each.run for each in registry.all() if each.run.place == place}
         runs = await client.runs(name, MOST_RUNS if is_whole else _LATEST)
-        scenarios = await anyio.to_thread.run_sync(self._scenarios, known, runs)
-        found = [Known(describe(run, place, scenario), run) for run, scenario in zip(runs, scenarios, strict=True)]
+        beginnings = await anyio.to_thread.run_sync(self._beginnings, known, runs)
+        found = [Known(describe(run, place, *each), run) for run, each in zip(runs, beginnings, strict=True)]
         registry.update(found, known.keys() - {each.run.id for each in found} if is_whole else ())
 
-    def _scenarios(self, known: Mapping[str, Run], runs: Sequence[RemoteRun]) -> list[str]:
-        """Return the names of scenarios, which executors do not report; empty for unknown ones."""
-        return [self._scenario(known.get(remote_id(run.id)), run) for run in runs]
+    def _beginnings(self, known: Mapping[str, Run], runs: Sequence[RemoteRun]) -> list[_Beginning]:
+        """Return the names of scenarios and robots, which executors do not report; empty for unknown ones."""
+        return [self._beginning(known.get(remote_id(run.id)), run) for run in runs]
 
-    def _scenario(self, before: Run | None, run: RemoteRun) -> str:
-        if before is not None and before.scenario:
-            return before.scenario
-        if self._folder is None or (before is not None and before.status.is_final):
-            return ""
+    def _beginning(self, before: Run | None, run: RemoteRun) -> _Beginning:
+        if before is not None and (before.status.is_final or (before.scenario and before.robots)):
+            return before.scenario, before.robots
+        if self._folder is None:
+            return "", ()
         try:
             with open_input(self._folder / "runs" / run.id / TRACE, Kind.TRACE) as file:
                 start = read_start(file)
+                return ("", ()) if start is None else (str(start.get("scenario", "")), read_robots(file, start))
         except OSError:
-            return ""  # it has not started
-        return "" if start is None else str(start.get("scenario", ""))
+            return "", ()  # it has not started
 
 
-def describe(run: RemoteRun, place: str, scenario: str = "") -> Run:
+def describe(run: RemoteRun, place: str, scenario: str = "", robots: tuple[str, ...] = ()) -> Run:
     """Describe a run of an executor.
 
     Args:
         run: The run.
         place: Name of its executor for people.
         scenario: Name of its scenario; empty if unknown.
+        robots: Names of its robots; empty if unknown.
     """
     info = run.info
     return Run(
@@ -177,6 +179,7 @@ def describe(run: RemoteRun, place: str, scenario: str = "") -> Run:
         started=info.started,
         ended=info.ended,
         by=info.by,
+        robots=robots,
         waits=info.waits,
         position=info.place,
         may_stop=not info.state.is_final,

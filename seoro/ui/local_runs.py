@@ -15,7 +15,7 @@ import anyio.to_thread
 from seoro.campaign.store.folder import CAMPAIGN, KEPT
 from seoro.files.inputs import Kind, open_input
 from seoro.runtime.execution.outputs import TRACE
-from seoro.traces.edges import read_end, read_start
+from seoro.traces.edges import read_end, read_robots, read_start
 from seoro.traces.reader import Record
 from seoro.ui.registry import Known, LocalSource, Run, RunRegistry, Status, local_id
 from seoro.ui.walking import walk
@@ -107,6 +107,7 @@ def describe(trace: Path, roots: Sequence[Path]) -> Run:
     """
     with open_input(trace, Kind.TRACE) as file:
         start, end = read_start(file) or {}, read_end(file)
+        robots = read_robots(file, start)
     status = Status.RUNNING if end is None else _STATUSES.get(str(end.get("status")), Status.ERROR)
     started = _wall(start)
     return Run(
@@ -120,6 +121,7 @@ def describe(trace: Path, roots: Sequence[Path]) -> Run:
         submitted=started,
         started=started,
         ended=_wall(end or {}),
+        robots=robots,
         folder=str(trace.parent),
     )
 

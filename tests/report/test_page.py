@@ -140,6 +140,12 @@ def test_the_command_repeats_parameters_and_constraints() -> None:
     assert found == "seoro exec 'a b.osc' --scenario main --seed 3 --clock virtual --set n=2 --constrain 'n > 1'"
 
 
+@pytest.mark.parametrize(("rate", "word"), [(None, "max"), (1.0, "1"), (0.5, "0.5")])
+def test_the_command_repeats_the_rate(rate: float | None, word: str) -> None:
+    start = {"file": "a.osc", "scenario": "main", "clock": "sim", **({} if rate is None else {"rate": rate})}
+    assert repeat_command(start, {"simulator": "mujoco"}).endswith(f"--sim mujoco --rate {word}")
+
+
 def test_seoro_report_writes_beside_the_trace(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write(tmp_path, records())
     assert main(["report", str(tmp_path)]) == 0

@@ -114,6 +114,7 @@ async def test_viewers_get_pictures_and_change_nothing(tmp_path: Path) -> None:
     assert times == sorted(times)
     assert times[-1] <= 13.0
     ours, theirs = records(plain), records(viewed)
+    assert (ours[0].get("rate"), theirs[0]["rate"]) == (None, 2.0)
     assert [each for each in ours if each["kind"] != "run.start"] == [
         each for each in theirs if each["kind"] != "run.start"
     ]

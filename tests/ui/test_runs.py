@@ -88,7 +88,9 @@ def test_an_active_run_in_a_folder_is_followed_until_it_is_killed(
 
 def test_frames_wait_for_the_page(browser: Browser, folder: Path) -> None:
     trace = write(folder / "results" / "growing", found := records()[:9])
-    run = browser.run(lambda run: run["folder"] == str(trace.parent))["id"]
+    listed = browser.run(lambda run: run["folder"] == str(trace.parent))
+    assert listed["robots"] == ["tb4"]
+    run = listed["id"]
     with browser.socket(f"/api/run/{run}") as slow, browser.socket(f"/api/run/{run}") as quick:
         count = next_frame(quick)[0]["count"]
         assert read_frame(slow.recv(DEADLINE))[0]["count"] == count == len(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import field
 from pathlib import Path
@@ -29,6 +30,7 @@ class Settings(Value):
     Args:
         seed: Seed of all random numbers.
         clock: The run's clock.
+        rate: Rate of a simulated clock, recorded in the trace; infinite for as fast as possible.
         backends: Backends of actors; the caller opens them, and closes them after the run.
         placements: Homes of actors chosen by the user, by actor name.
         observers: Observers of the trace.
@@ -51,6 +53,7 @@ class Settings(Value):
 
     seed: int
     clock: Clock
+    rate: float = math.inf
     backends: Sequence[Backend] = ()
     placements: Mapping[str, Placement] = field(default_factory=dict)
     observers: Sequence[Observer] = ()

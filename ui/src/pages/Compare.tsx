@@ -3,14 +3,16 @@ import { useEffect, useMemo } from "preact/hooks";
 import { Problem } from "../app/Confirm";
 import { useAnswer, useTitle } from "../app/hooks";
 import { Link, navigate, runPath } from "../app/router";
+import { StatusBadge } from "../app/Status";
 import type { Shared } from "../app/stores";
 import { clock, nameOf, wordOf } from "../app/words";
+import type { RunModel } from "../data/model";
 import { sentence } from "../data/sentences";
 import { ServedRun } from "../data/served";
 import type { TraceRecord } from "../data/types";
 import { get } from "../net/api";
-import { useCell } from "../state";
-import { clip, plain, seconds, shown } from "../text";
+import { useCell, useRevision } from "../state";
+import { clip, duration, plain, seconds, shown } from "../text";
 import { BothWorlds } from "./BothWorlds";
 
 interface Side {
@@ -97,6 +99,12 @@ function Compared({ a, b }: { a: string; b: string }) {
   return (
     <>
       {error !== null && <Problem error={error} />}
+      <section class="panel" aria-label="Verdicts">
+        <div class="columns sides">
+          <OneVerdict name="A" served={first} />
+          <OneVerdict name="B" served={second} />
+        </div>
+      </section>
       {error === null && data === null && (
         <section class="panel">
           <p class="empty">Comparing…</p>
@@ -105,6 +113,36 @@ function Compared({ a, b }: { a: string; b: string }) {
       {data !== null && <Difference data={data} first={first} second={second} />}
       {data !== null && data.settings.length > 0 && <Settings settings={data.settings} />}
       <BothWorlds first={first} second={second} at={differsAt(data)} />
+    </>
+  );
+}
+
+function OneVerdict({ name, served }: { name: string; served: ServedRun }) {
+  const run = useCell(served.model);
+  return (
+    <div class={`side side-${name.toLowerCase()}`}>
+      <h3>
+        <Link href={runPath(served.id)}>Run {name}</Link>
+      </h3>
+      {run === null ? <p class="muted">Reading the run…</p> : <VerdictText run={run} />}
+    </div>
+  );
+}
+
+function VerdictText({ run }: { run: RunModel }) {
+  useRevision(run); // it may be active
+  const { end, status = "" } = run.meta;
+  return (
+    <>
+      <p>
+        <StatusBadge status={status} /> after {duration(end?.duration ?? run.end)}
+      </p>
+      {end?.reason && (
+        <p class="reason">
+          <bdi>{clip(plain(end.reason), 2_000)}</bdi>
+        </p>
+      )}
+      {end?.source && <p class="muted">{clip(plain(end.source), 300)}</p>}
     </>
   );
 }
