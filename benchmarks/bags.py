@@ -123,7 +123,7 @@ async def be_robot(router: str, type_name: str, seconds: float) -> None:
     """Publish messages as the robot process."""
     content = payload(type_name)
     async with (
-        open_session(listen=router),
+        open_session(listen=router, gossip=True),
         connect(router, types=TYPES, dialect=RmwZenoh()) as system,
         system.node("robot") as node,
         node.publishing(TOPICS[type_name], type_name) as publication,

@@ -103,7 +103,7 @@ def main() -> None:
     """Run everything, or one role."""
     match sys.argv[1:]:
         case ["router"]:
-            hub = Session(listen=ENDPOINT)
+            hub = Session(listen=ENDPOINT, gossip=True)
             print("ready", flush=True)
             sys.stdin.read()
             hub.close()

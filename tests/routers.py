@@ -15,7 +15,7 @@ from seoro.bridges.session import Session
 _ROUTER = """
 import sys, time
 from seoro.bridges.session import Session
-session = Session(listen=sys.argv[1])
+session = Session(listen=sys.argv[1], gossip=True)
 print("ready", flush=True)
 time.sleep(3600)
 """
@@ -32,7 +32,7 @@ def free_endpoint() -> str:
 def routing() -> Iterator[str]:
     """Start a router like rmw_zenohd, and yield its endpoint."""
     endpoint = free_endpoint()
-    hub = Session(listen=endpoint)
+    hub = Session(listen=endpoint, gossip=True)
     try:
         yield endpoint
     finally:

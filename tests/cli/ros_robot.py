@@ -91,7 +91,7 @@ SERVICES = (
 
 async def main(endpoint: str) -> None:
     async with (
-        open_session(listen=endpoint),
+        open_session(listen=endpoint, gossip=True),
         connect(endpoint, dialect=RmwZenoh()) as system,
         system.node("robot") as node,
         node.publishing("/scan", "sensor_msgs/msg/LaserScan", PRESETS["sensor_data"]) as scan,

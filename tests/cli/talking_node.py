@@ -22,7 +22,7 @@ async def refuse(_: object) -> Mapping[str, Any]:
 
 async def main(endpoint: str, action: str = "", type_name: str = "") -> None:
     async with (
-        open_session(listen=endpoint),
+        open_session(listen=endpoint, gossip=True),
         connect(endpoint, dialect=RmwZenoh()) as system,
         system.node("talker") as node,
         node.publishing("/chatter", "std_msgs/msg/String"),

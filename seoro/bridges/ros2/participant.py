@@ -26,6 +26,7 @@ from seoro.bridges.session import (
     Bound,
     InvalidEndpoint,
     SessionError,
+    is_local,
     open_session,
     publishing,
     subscribing,
@@ -317,7 +318,8 @@ async def connect(
     """
     async with AsyncExitStack() as stack:
         try:
-            session = await stack.enter_async_context(open_session(connect=endpoint, patient=False))
+            opening = open_session(connect=endpoint, patient=False, gossip=is_local(endpoint))
+            session = await stack.enter_async_context(opening)
         except InvalidEndpoint as error:
             raise UsageError(str(error)) from None
         except SessionError as error:

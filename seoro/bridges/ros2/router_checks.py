@@ -30,7 +30,7 @@ async def hidden_peers(session: AsyncSession) -> str:
         tokens = await session.list_tokens("@ros2_lv/**", ANSWER_TIMEOUT)
     except SessionError:
         return ""
-    announced = {token.split("/")[2] for token in tokens}
+    announced = {session.identity, *(token.split("/")[2] for token in tokens)}
     for router in map(_read, answers):
         hidden = [peer for peer in _peers(router) if peer not in announced]
         version = _VERSION.match(str(router.get("version", "")))

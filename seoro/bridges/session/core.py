@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 CLOSE_DEADLINE = 2.0  # [s]
 SEEN_WITHIN = 1.0  # [s] time limit for the hub to know a new token
+_LOOPBACK = "tcp/127.0.0.1:0"  # a free port
 LEASE = 15_000  # [ms] longest silence of a peer; a dead one is noticed by the end of its connection
 PATIENCE = 1_000_000  # [us] longest wait of a message for room on the link
 # Number of batches of 64 KiB in the send queue, the most that Zenoh allows. Zenoh's two by default overflow if a
@@ -57,8 +58,9 @@ class Session:
         patient: Whether messages may wait a second for room on the link before they are dropped. Sessions that
             publish must not wait: one blocked receiver would block the others.
         security: Keys, for endpoints `tls/...`.
-        gossip: Whether peers of this router discover each other, as behind the router of rmw_zenoh. Routers do not
-            forward messages between peers. This router connects to none of the peers itself.
+        gossip: Whether peers discover each other, as behind the router of rmw_zenoh. A router with gossip names
+            its peers to each other, and connects to none of them itself. It forwards no messages between peers. A
+            session that connects with gossip is such a peer, to which others of this machine connect, too.
         as_peer: Whether to connect to a peer as another peer. It receives the announcements of that peer only.
         largest: Size limit of received messages [bytes]; larger ones are dropped while they arrive.
 
@@ -80,8 +82,6 @@ class Session:
     ) -> None:
         if (listen is None) == (connect is None):
             raise SessionError("a session either listens or connects")
-        if gossip and listen is None:
-            raise SessionError("gossip needs a router: give `listen`")
         endpoint = listen if connect is None else connect
         assert endpoint is not None
         if not is_endpoint(endpoint):
@@ -94,19 +94,22 @@ class Session:
         self._knows_tokens = False
         address = connect if connect is None else broker_address(connect)
         self._settings = _settings(listen, address, patient, gossip, largest)
-        if as_peer:
+        if as_peer or (gossip and connect):
             self._settings["mode"] = "peer"
+        if gossip and connect:
+            self._settings["listen"]["endpoints"] = [_LOOPBACK]
         try:
             if security is not None:
                 secured_settings(self._settings, security)
             self._zenoh = self._open()
+            self._is_routed = bool(list(self._zenoh.info.routers_zid()))
         except zenoh.ZError as error:
             raise SessionError(
                 f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {_reason(error)}"
             ) from error
 
-    def _open(self) -> zenoh.Session:
-        return zenoh.open(zenoh.Config.from_json5(json.dumps(self._settings)))
+    def _open(self, **changes: Any) -> zenoh.Session:
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(self._settings | changes)))
 
     def peers(self) -> frozenset[str]:
         """Return Zenoh's ids of the connected peers, without routers and clients."""
@@ -116,14 +119,16 @@ class Session:
     def is_cut_off(self) -> bool:
         """Whether a client has lost its connection, and has not connected again yet."""
         info = self._zenoh.info
-        return not self._is_hub and not (list(info.routers_zid()) or list(info.peers_zid()))
+        peers = [] if self._is_routed else list(info.peers_zid())
+        return not self._is_hub and not (list(info.routers_zid()) or peers)
 
     def outages(self) -> Outages:
         """Record the outages of the connection from now on."""
-        outages = Outages(is_connected=False)
+        outages, routed = Outages(is_connected=False), self._is_routed
 
         def changed(event: zenoh.TransportEvent) -> None:
-            outages.change(event.kind == zenoh.SampleKind.PUT)
+            if not routed or event.transport.whatami == zenoh.WhatAmI.ROUTER:
+                outages.change(event.kind == zenoh.SampleKind.PUT)
 
         listener = Callback(changed, indirect=False)
         # Present connections are reported before this returns.
@@ -272,7 +277,7 @@ class Session:
             raise SessionError(f"cannot list liveliness tokens: {error}") from error
 
     def _listing_session(self) -> zenoh.Session:
-        """Return a session that can list tokens: for a client that follows tokens already, another session.
+        """Return a session that can list tokens: for one that follows tokens already, a client beside it.
 
         Zenoh reports tokens that a client knows from the calling thread, and the end of the list from another
         thread. If the end comes first, as in one of thirty lists, tokens are missing.
@@ -281,7 +286,7 @@ class Session:
             return self._zenoh
         with self._listing:
             if self._lister is None and not self._zenoh.is_closed():
-                self._lister = self._open()
+                self._lister = self._open(mode="client", listen={"endpoints": []})
             return self._lister or self._zenoh
 
     def close(self) -> None:
@@ -337,7 +342,14 @@ def _settings(
         },
         "scouting": {
             "multicast": {"enabled": False},
-            "gossip": {"enabled": gossip, "multihop": False, "autoconnect": {"router": [], "peer": []}},
+            "gossip": {
+                "enabled": gossip,
+                "multihop": False,
+                "target": {"router": ["router", "peer"], "peer": ["router"]},
+                "autoconnect": {"router": [], "peer": ["peer"] if gossip else []},
+                # By default one of two peers connects; peers of other machines cannot.
+                "autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "always"}},
+            },
             "delay": 20,
         },
         "timestamping": {"enabled": True},

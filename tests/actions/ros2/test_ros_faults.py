@@ -27,7 +27,7 @@ async def restarted(hub: Session, endpoint: str, run: Run) -> Session:
     await anyio.sleep(0.5)
     await anyio.to_thread.run_sync(hub.close)
     await anyio.sleep(0.5)
-    return Session(listen=endpoint)
+    return Session(listen=endpoint, gossip=True)
 
 
 async def logged(run: Run) -> None:
@@ -51,7 +51,7 @@ scenario main:
         wait_for_data("/count", "std_msgs/msg/Int64")
         service_call("/add", "example_interfaces/srv/AddTwoInts", "{a: 1}")
 """
-    hub = Session(listen=endpoint)
+    hub = Session(listen=endpoint, gossip=True)
     with starting_robot(endpoint):
         async with running(tmp_path, endpoint, text) as run:
             hub = await restarted(hub, endpoint, run)
@@ -80,7 +80,7 @@ scenario main:
         {call} with:
             inverter()
 """
-    hub = Session(listen=endpoint)
+    hub = Session(listen=endpoint, gossip=True)
     with starting_robot(endpoint):
         async with running(tmp_path, endpoint, text) as run:
             hub = await restarted(hub, endpoint, run)
@@ -107,7 +107,7 @@ scenario main:
         log("there")
         {wait}
 """
-    hub = Session(listen=endpoint)
+    hub = Session(listen=endpoint, gossip=True)
     async with running(tmp_path, endpoint, text) as run:
         await logged(run)
         await anyio.to_thread.run_sync(hub.close)
@@ -138,11 +138,11 @@ scenario main:
         log("there")
         {wait}
 """
-    hub = Session(listen=endpoint)
+    hub = Session(listen=endpoint, gossip=True)
     async with running(tmp_path, endpoint, text) as run:
         await logged(run)
         await anyio.to_thread.run_sync(hub.close)
-        hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint))
+        hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint, gossip=True))
         with anyio.fail_after(30.0):
             verdict = await run.result()
     hub.close()
@@ -162,11 +162,11 @@ scenario main:
         wait_for_data("/count", "std_msgs/msg/Int64") with:
             timeout(0.2s)
 """
-    hub = Session(listen=endpoint)
+    hub = Session(listen=endpoint, gossip=True)
     async with running(tmp_path, endpoint, text) as run:
         await logged(run)
         await anyio.to_thread.run_sync(hub.close)
-        hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint))
+        hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint, gossip=True))
         with anyio.fail_after(30.0):
             verdict = await run.result()
     hub.close()

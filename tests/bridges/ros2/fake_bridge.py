@@ -30,7 +30,11 @@ class FakeBridge:
         settings = {
             "mode": "router",
             "listen": {"endpoints": [endpoint]},
-            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 20},
+            "scouting": {
+                "multicast": {"enabled": False},
+                "gossip": {"enabled": True, "autoconnect": {"router": []}},
+                "delay": 20,
+            },
             "timestamping": {"enabled": True},
         }
         self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))

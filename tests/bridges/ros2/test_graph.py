@@ -182,7 +182,7 @@ async def test_the_graph_is_restored_after_a_restart_of_the_router(types: TypeSt
     router = f"unixsock-stream/{tmp_path}/router.sock"
     async with AsyncExitStack() as stack:
         hub = AsyncExitStack()
-        await hub.enter_async_context(open_session(listen=router))
+        await hub.enter_async_context(open_session(listen=router, gossip=True))
         there, here = await stack.enter_async_context(two_nodes(router, types))
         publication = await stack.enter_async_context(there.publishing("/chatter", STRING))
         subscription = await stack.enter_async_context(here.subscribing("/chatter", STRING))
@@ -190,7 +190,7 @@ async def test_the_graph_is_restored_after_a_restart_of_the_router(types: TypeSt
         await graph.wait_for(lambda seen: "/robot" in seen.nodes(), 30.0)
         await hub.aclose()
         await graph.wait_for(lambda seen: not seen.publishers("/chatter"), 30.0)
-        await hub.enter_async_context(open_session(listen=router))
+        await hub.enter_async_context(open_session(listen=router, gossip=True))
         stack.push_async_callback(hub.aclose)
         await graph.wait_for(lambda seen: seen.publishers("/chatter") and "/robot" in seen.nodes(), 30.0)
         with anyio.fail_after(30.0):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import threading
+from contextlib import AsyncExitStack
 from pathlib import Path
 
 import anyio
@@ -12,11 +14,13 @@ from anyio.abc import TaskStatus
 from zenoh.handlers import Callback
 
 from seoro.bridges.ros2.expose.running import ExposeSettings, expose
+from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.routing import run_router
-from seoro.bridges.session import Session, SessionError, open_session
+from seoro.bridges.session import Session, open_session
 from seoro.concurrency.background import background
 from seoro.security.network.listener import Listener
 from tests.bridges.ros2.peers import peer
+from tests.bridges.ros2.systems import STRING, two_nodes
 from tests.labs import command, free_port, make_lab
 from tests.routers import free_endpoint
 
@@ -117,7 +121,35 @@ async def test_routers_with_keys_do_not_gossip(
     assert [listener.gossip for listener in listeners] == [scheme == "tcp"]
 
 
-async def test_gossip_needs_a_router() -> None:
-    with pytest.raises(SessionError, match="gossip needs a router"):
-        async with open_session(connect=free_endpoint(), gossip=True):
-            pass
+async def test_nodes_of_one_machine_are_connected_directly(types: TypeStore) -> None:
+    """Their messages arrive without the router, and they listen on this machine only."""
+    endpoint = free_endpoint()
+    async with AsyncExitStack() as router:
+        await router.enter_async_context(open_session(listen=endpoint, gossip=True))
+        async with (
+            two_nodes(endpoint, types) as (there, here),
+            there.publishing("/chatter", STRING) as publication,
+            here.subscribing("/chatter", STRING) as subscription,
+        ):
+            await publication.wait_for_subscription(DEADLINE)
+            with anyio.fail_after(DEADLINE):
+                while there.system.session.identity not in here.system.session.blocking.peers():
+                    await anyio.sleep(0.01)
+            await router.aclose()
+            publication.publish({"data": "directly"})
+            with anyio.fail_after(DEADLINE):
+                assert (await subscription.message()).data == "directly"
+            assert listening_addresses() == {"127.0.0.1"}
+
+
+def listening_addresses() -> set[str]:
+    """Return the addresses at which this process listens by TCP over IPv4 or IPv6."""
+    own = {os.fspath(each.readlink()) for each in Path("/proc/self/fd").iterdir() if each.is_symlink()}
+    found = set()
+    for table in ("tcp", "tcp6"):
+        for line in Path(f"/proc/self/net/{table}").read_text().splitlines()[1:]:
+            _, local, _, state, *_, inode = line.split()[:10]
+            if state == "0A" and f"socket:[{inode}]" in own:
+                digits = bytes.fromhex(local.partition(":")[0])
+                found.add(".".join(map(str, reversed(digits))) if table == "tcp" else digits.hex())
+    return found

@@ -19,7 +19,7 @@ from seoro.bridges.ros2.participant import RosSystem, open_system
 from seoro.bridges.ros2.silent_peers import announce_silent_peers
 from seoro.bridges.ros2.topics import Publication
 from seoro.bridges.ros2.wire import RmwZenoh
-from seoro.bridges.session import Mailbox, SessionError, open_session
+from seoro.bridges.session import Mailbox, SessionError, is_local, open_session
 from seoro.bridges.sim.requests import NodeAddress
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.concurrency.background import background
@@ -75,10 +75,13 @@ async def expose(settings: ExposeSettings, ready: Callable[[wire.SimulatorFeatur
     keys = node_keys(settings.simulator, MOVING)
     security = security_of(settings.simulator, keys)
     listens = settings.listen is not None
+    is_gossiping = settings.router is None or is_local(settings.router)
     try:
         async with (
             open_session(connect=settings.simulator, security=security) as near,
-            open_session(connect=settings.router, listen=settings.listen, gossip=listens) as far,
+            open_session(
+                connect=settings.router, listen=settings.listen, patient=listens, gossip=is_gossiping
+            ) as far,
             open_system(far, TypeStore.bundled(), dialect=RmwZenoh(settings.domain)) as system,
         ):
             name = await find_simulator(near, settings.simulator)

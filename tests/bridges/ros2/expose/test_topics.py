@@ -146,14 +146,14 @@ async def test_the_map_is_published_for_late_subscriptions(simulator: str, route
 async def test_an_exposed_node_reappears_after_a_restart_of_the_router(simulator: str, types: TypeStore) -> None:
     endpoint = free_endpoint()
     async with AsyncExitStack() as stack:
-        async with open_session(listen=endpoint):
+        async with open_session(listen=endpoint, gossip=True):
             node = await stack.enter_async_context(exposed(simulator, endpoint, types, rate=1.0))
             odometry = node.ros.subscribing("/turtlebot4/odom", "nav_msgs/msg/Odometry")
             reported = await stack.enter_async_context(odometry)
             calling = node.ros.calling("/get_entities", "simulation_interfaces/srv/GetEntities")
             client = await stack.enter_async_context(calling)
             [before] = await first(reported)
-        async with open_session(listen=endpoint):
+        async with open_session(listen=endpoint, gossip=True):
             with anyio.fail_after(20.0):
                 while seconds((await reported.message()).header.stamp) < seconds(before.header.stamp) + 2.0:
                     pass

@@ -152,7 +152,7 @@ def test_a_bridge_cancels_orphaned_goals_of_other_clients(tmp_path: Path) -> Non
 async def test_a_guard_without_a_connection_regards_no_sender_as_gone(tmp_path: Path, types: TypeStore) -> None:
     router = f"unixsock-stream/{tmp_path}/router"
     hub = AsyncExitStack()
-    await hub.enter_async_context(open_session(listen=router))
+    await hub.enter_async_context(open_session(listen=router, gossip=True))
     async with two_nodes(router, types) as (there, here), serving_action(there, "/spin", SPIN, wait_forever):
         senders = GoalSenders(here.graph)
         sender = session_digest(there.node.session)
@@ -161,7 +161,7 @@ async def test_a_guard_without_a_connection_regards_no_sender_as_gone(tmp_path: 
         with anyio.move_on_after(GONE_FOR + 0.5) as waiting:
             await senders.wait_gone(sender, "/spin")
         assert waiting.cancelled_caught
-        async with open_session(listen=router):
+        async with open_session(listen=router, gossip=True):
             with anyio.move_on_after(GONE_FOR + 2.0) as waiting:
                 await senders.wait_gone(sender, "/spin")
             assert waiting.cancelled_caught

@@ -93,7 +93,7 @@ async def simulated(made: Mistaken, router: str, types: TypeStore, folder: Path)
             await stack.enter_async_context(node.serving(name, f"simulation_interfaces/srv/{kind}", handler))
         async with (
             connect(router, types=types, dialect=RmwZenoh()) as system,
-            open_session(listen=endpoint) as hub,
+            open_session(listen=endpoint, gossip=True) as hub,
             serving_simulator(hub, "ros", system),
             open_session(connect=endpoint) as session,
         ):

@@ -53,7 +53,7 @@ async def bridged(simulator: str, router: str, types: TypeStore, folder: Path) -
     async with (
         exposed(simulator, router, types) as node,
         connect(router, types=types, dialect=RmwZenoh()) as system,
-        open_session(listen=endpoint) as hub,
+        open_session(listen=endpoint, gossip=True) as hub,
         serving_simulator(hub, "ros", system),
     ):
         yield Bridged(endpoint, node)
