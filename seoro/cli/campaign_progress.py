@@ -6,6 +6,9 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from datetime import datetime
+from heapq import nlargest
+from itertools import chain
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -14,11 +17,13 @@ from seoro.campaign.runs import End, Row
 from seoro.campaign.state import State
 from seoro.campaign.statistics.flaky import RepeatedIds, find_flaky
 from seoro.campaign.store.batches import read_batches
-from seoro.campaign.store.folder import CampaignFile, read_campaign, read_rows
+from seoro.campaign.store.folder import CampaignFile, is_running, read_campaign, read_rows
 from seoro.cli.campaign_stopping import rate_text
 from seoro.cli.output import is_terminal
 
 PERIOD: Final = 10.0  # [s] between lines, without a terminal
+PACE_TIME: Final = 60.0  # [s] before the latest run that are the pace of a running campaign
+LATEST: Final = 2000  # of the latest runs, at most
 MOST_LINES: Final = 20  # of runs that did not pass; the table has all
 
 
@@ -90,14 +95,7 @@ class Progress:
 
     def _pace(self) -> str:
         """Return the rate and the time left, of which nothing is known before the first run."""
-        ended, taken = self._state.tally.runs - self._before, time.monotonic() - self._begun
-        if not ended or taken <= 0.0:
-            return ""
-        rate = ended / taken
-        text = f", {rate:.1f}/s" if rate >= 1.0 else f", {60.0 * rate:.1f}/min"
-        if self._total is not None:
-            text += f", {_duration((self._total - self._state.tally.runs) / rate)} left"
-        return text
+        return pace_text(self._state, self._state.tally.runs - self._before, time.monotonic() - self._begun)
 
     def text(self, *, is_over: bool = False) -> str:
         """Return the progress in one line.
@@ -122,15 +120,19 @@ def seeds_text(campaign: CampaignFile) -> str:
 
 
 def print_status(folder: Path) -> None:
-    """Print how far a campaign is."""
+    """Print how far a campaign is, and its pace while a process carries it out."""
+    starts: list[str] = []
+    runs_on = is_running(folder)
     campaign, ids = read_campaign(folder), RepeatedIds()
     state = State(campaign, (), read_unreachable(folder))
     for batch in read_batches(folder):
         state.record_batch(batch)
         ids.add(batch.column("id"))
+        starts = nlargest(LATEST, chain(starts, batch.column("started"))) if runs_on else []
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
     counts = f"{state.tally.runs:,}{of} runs: {state.tally.text}"
-    print(f"{campaign.manifest.shown}: {counts}{rate_text(state, is_complete=False)}")
+    pace = _latest_pace(state, starts)
+    print(f"{campaign.manifest.shown}: {counts}{rate_text(state, is_complete=state.is_complete)}{pace}")
     if state.watch.stop is not None:
         print(f"  stopped: {state.watch.stop.reason}")
     repeated = [row for row in read_rows(folder) if row.id in ids.found] if ids.found else []
@@ -139,6 +141,30 @@ def print_status(folder: Path) -> None:
         print(
             f"  runs {numbers} have the same id, but other {'verdicts' if flaky.has_other_verdict else 'traces'}"
         )
+
+
+def _latest_pace(state: State, starts: Iterable[str]) -> str:
+    """Describe the pace of the latest starts of runs."""
+    times = sorted(datetime.fromisoformat(each).timestamp() for each in starts if each)
+    latest = [each for each in times if times[-1] - each <= PACE_TIME]
+    return pace_text(state, len(latest) - 1, latest[-1] - latest[0]) if latest else ""
+
+
+def pace_text(state: State, runs: int, taken: float) -> str:
+    """Describe a pace, and the time left if the number of runs is known; empty without a run.
+
+    Args:
+        state: State of the campaign.
+        runs: Number of runs.
+        taken: Time that they took [s].
+    """
+    if runs <= 0 or taken <= 0.0:
+        return ""
+    rate = runs / taken
+    text = f", {rate:.1f}/s" if rate >= 1.0 else f", {60.0 * rate:.1f}/min"
+    if state.campaign.runs is not None:
+        text += f", {_duration((state.campaign.runs - state.tally.runs) / rate)} left"
+    return text
 
 
 def print_files(files: Iterable[Path]) -> None:

@@ -1,8 +1,10 @@
 """Campaigns in real processes, on the command line."""
 
 import csv
+import fcntl
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +18,7 @@ import pytest
 
 from seoro.campaign.pool.simulators import simulator_node
 from seoro.campaign.runs import OF_THE_MACHINE
+from seoro.campaign.store.folder import shards_of
 from seoro.cli.main import main
 from seoro.errors import BackendError
 from tests.integration.conftest import wait_until
@@ -177,6 +180,30 @@ def test_a_folder_without_a_campaign_is_refused(write: Write, capsys: pytest.Cap
     write()
     assert main(["campaign", "status", "."]) == 2
     assert "is not the folder of a campaign" in capsys.readouterr().err
+
+
+def test_the_status_of_a_running_campaign_has_its_pace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The interval of a complete one is that of a fixed number of runs."""
+    monkeypatch.chdir(tmp_path)
+    Path("main.osc").write_text(
+        "import osc.helpers\nscenario main:\n    x: float\n    keep(x in [0.0..1.0])\n    do wait elapsed(1s)\n"
+    )
+    assert main(["campaign", "run", "main.osc", *VIRTUAL, "--strategy", "random", "--runs", "6"]) == 0
+    capsys.readouterr()
+    assert main(["campaign", "status", "out"]) == 0
+    complete = capsys.readouterr().out
+    assert "6 of 6 runs: 6 passed" in complete and "%" in complete
+    assert "valid at any time" not in complete and "left" not in complete
+    [shard] = shards_of(Path("out"))
+    shard.write_text("".join(shard.read_text().splitlines(keepends=True)[:-1]))
+    with Path("out/lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert main(["campaign", "status", "out"]) == 0
+    running = capsys.readouterr().out
+    assert "5 of 6 runs: 5 passed" in running and "valid at any time" in running
+    assert re.search(r", [\d.,]+/(s|min), \d+ (s|min) left", running)
 
 
 @pytest.fixture
