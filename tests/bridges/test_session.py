@@ -24,8 +24,8 @@ from seoro.bridges.session import (
     SessionError,
     open_session,
 )
-from seoro.bridges.session.core import LARGEST, _settings
 from seoro.bridges.session.endpoints import is_endpoint
+from seoro.bridges.session.settings import session_settings
 from tests.routers import routing
 
 SERVER = Path(__file__).with_name("echo_server.py")
@@ -230,5 +230,5 @@ def open_files() -> list[str]:
 
 @pytest.mark.parametrize("patient", [True, False])
 def test_the_send_queue_holds_a_megabyte(patient: bool) -> None:
-    queue = _settings(None, "tcp/127.0.0.1:7447", patient, False, LARGEST)["transport"]["link"]["tx"]["queue"]
+    queue = session_settings(None, "tcp/127.0.0.1:7447", patient=patient)["transport"]["link"]["tx"]["queue"]
     assert queue["size"]["data"] * 65_536 == 1_048_576

@@ -26,21 +26,15 @@ from seoro.bridges.session.errors import InvalidEndpoint, SessionError
 from seoro.bridges.session.outages import Outages
 from seoro.bridges.session.requests import AdmissionPolicy, Refuser, Request, receiver
 from seoro.bridges.session.security import Security, secured_settings
+from seoro.bridges.session.settings import LARGEST, session_settings
 
 if TYPE_CHECKING:
     from seoro.security.signing.answers import AnswerSigner
 
 CLOSE_DEADLINE = 2.0  # [s]
 SEEN_WITHIN = 1.0  # [s] time limit for the hub to know a new token
-_LOOPBACK = "tcp/127.0.0.1:0"  # a free port
-LEASE = 15_000  # [ms] longest silence of a peer; a dead one is noticed by the end of its connection
-PATIENCE = 1_000_000  # [us] longest wait of a message for room on the link
-# Number of batches of 64 KiB in the send queue, the most that Zenoh allows. Zenoh's two by default overflow if a
-# laser scanner of 1,000 scans a second has to wait 20 ms for a processor.
-SEND_QUEUE = 16
 INBOX_SIZE = 256
 EVERYTHING = AdmissionPolicy()
-LARGEST = 64 << 20  # [bytes], size limit of messages; the limits of all verbs are lower (`wire.MAX_MESSAGE`)
 
 
 def _reason(error: Exception) -> str:
@@ -93,11 +87,9 @@ class Session:
         self._is_hub = listen is not None
         self._knows_tokens = False
         address = connect if connect is None else broker_address(connect)
-        self._settings = _settings(listen, address, patient, gossip, largest)
-        if as_peer or (gossip and connect):
-            self._settings["mode"] = "peer"
-        if gossip and connect:
-            self._settings["listen"]["endpoints"] = [_LOOPBACK]
+        self._settings = session_settings(
+            listen, address, patient=patient, gossip=gossip, as_peer=as_peer, largest=largest
+        )
         try:
             if security is not None:
                 secured_settings(self._settings, security)
@@ -315,43 +307,3 @@ def _list(session: zenoh.Session, key: str, timeout: float) -> frozenset[str]:
     session.liveliness().get(key, Callback(take, drop=done.set, indirect=False), timeout=timeout)
     done.wait(timeout + CLOSE_DEADLINE)
     return frozenset(found)
-
-
-def _settings(
-    listen: str | None, connect: str | None, patient: bool, gossip: bool, largest: int
-) -> dict[str, Any]:
-    """Return the configuration of a session; both ends have the same lease for silent peers."""
-    queue: dict[str, Any] = {"size": {"data": SEND_QUEUE}}
-    if patient:
-        # Answers have the congestion control of their requests: they are dropped after a wait. Unlimited waits
-        # would let a blocked peer block the event loop. With Zenoh's own limit of 50 ms, busy machines lose one
-        # large answer in a hundred.
-        drop = {"wait_before_drop": PATIENCE, "max_wait_before_drop_fragments": PATIENCE}
-        queue["congestion_control"] = {"drop": drop}
-    link: dict[str, Any] = {"tx": {"lease": LEASE, "queue": queue}}
-    if patient:
-        link["rx"] = {"max_message_size": largest}
-    return {
-        "mode": "router" if listen else "client",
-        "listen": {"endpoints": [listen] if listen else []},
-        "connect": {
-            "endpoints": [connect] if connect else [],
-            "timeout_ms": 1000,
-            "exit_on_failure": True,
-            "retry": {"period_init_ms": 100, "period_max_ms": 500},
-        },
-        "scouting": {
-            "multicast": {"enabled": False},
-            "gossip": {
-                "enabled": gossip,
-                "multihop": False,
-                "target": {"router": ["router", "peer"], "peer": ["router"]},
-                "autoconnect": {"router": [], "peer": ["peer"] if gossip else []},
-                # By default one of two peers connects; peers of other machines cannot.
-                "autoconnect_strategy": {"peer": {"to_router": "always", "to_peer": "always"}},
-            },
-            "delay": 20,
-        },
-        "timestamping": {"enabled": True},
-        "transport": {"shared_memory": {"enabled": False}, "link": link},
-    }
