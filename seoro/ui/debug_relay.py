@@ -1,4 +1,4 @@
-"""Debug adapter of a page: a child process `seoro dap`, which ends with the connection of the page."""
+"""Debug adapter of a page: a child process `seoro dap`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import anyio
 
 from seoro.dap.connection import MAX_BODY, Connection, InvalidMessage, encode
 
-END_TIMEOUT: Final = 10.0  # [s] for the clean-up of the run after the page has left; then the child is killed
+END_TIMEOUT: Final = 10.0  # [s] for the clean-up of the run; then the child is killed
 
 
 class Adapter:

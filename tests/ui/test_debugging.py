@@ -14,9 +14,10 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
-from seoro.ui import debugging
+from seoro.ui import debug_session, debugging
 from tests.ui.browsing import DEADLINE, Browser, next_frame
 
+GOING_AWAY = 1001  # close code
 SCENARIO = """import osc.helpers
 
 scenario stepped:
@@ -75,10 +76,15 @@ class Page:
         assert self.seen[-2]["event"] == "seoro/run"
         return body
 
+    def leave(self) -> None:
+        """Close the socket as browsers do when a page is loaded again."""
+        self._socket.close(GOING_AWAY)
+
 
 @contextmanager
-def session(browser: Browser) -> Iterator[Page]:
-    with browser.socket("/api/debug") as socket:
+def session(browser: Browser, run: str = "") -> Iterator[Page]:
+    """Open a session, or return to that of a run."""
+    with browser.socket(f"/api/debug?run={run}" if run else "/api/debug") as socket:
         yield Page(socket)
 
 
@@ -105,13 +111,74 @@ def test_a_page_debugs_a_run_and_follows_its_trace(browser: Browser, file: str, 
         browser.run(lambda run: run["id"] == found["run"] and run["status"] == "passed")
 
 
-def test_the_run_ends_with_the_socket_of_its_page(browser: Browser, file: str) -> None:
+def test_the_run_ends_when_its_page_ends_the_session(browser: Browser, file: str) -> None:
     with session(browser) as page:
         found = page.launch(file, stopOnEntry=True)
         page.ask("configurationDone")
         page.event("stopped")
     ended = browser.run(lambda run: run["id"] == found["run"] and run["status"] not in ("waiting", "running"))
     assert ended["status"] == "cancelled"
+
+
+def test_a_page_that_is_loaded_again_goes_on_from_the_present_state(browser: Browser, file: str) -> None:
+    with session(browser) as page:
+        found = page.launch(file)
+        source = {"name": file, "path": found["program"]}
+        page.ask(
+            "setBreakpoints", source=source, breakpoints=[{"line": 7, "condition": "count == 0"}, {"line": 99}]
+        )
+        page.ask("configurationDone")
+        paused = page.event("stopped")
+        page.leave()
+    with session(browser, found["run"]) as page:
+        assert page.event("stopped") == paused
+        run, marks, output, _ = page.seen
+        assert run["body"] == found
+        assert marks["body"]["source"] == source
+        held, refused = marks["body"]["breakpoints"]
+        assert (held["line"], held["condition"], held["verified"]) == (7, "count == 0", True)
+        assert not refused["verified"]
+        assert "begin" in output["body"]["output"]
+        frames = page.ask("stackTrace", threadId=paused["threadId"])["body"]["stackFrames"]
+        assert page.ask("evaluate", expression="count", frameId=frames[0]["id"])["body"]["result"] == "0"
+        page.ask("next", threadId=paused["threadId"])
+        page.event("stopped")
+        page.send("continue", threadId=1)
+        assert page.event("exited")["exitCode"] == 0
+    browser.run(lambda run: run["id"] == found["run"] and run["status"] == "passed")
+    with session(browser, found["run"]) as page:
+        assert page.receive()["error"] == "the debugged run has ended"
+
+
+def test_answers_to_the_page_before_are_not_sent_to_the_next_one(browser: Browser, file: str) -> None:
+    with session(browser) as before:
+        found = before.launch(file, stopOnEntry=True)
+        before.ask("configurationDone")
+        before.event("stopped")
+        with session(browser, found["run"]) as page:
+            page.event("stopped")
+            with pytest.raises(ConnectionClosed) as closed:
+                before.receive()
+            assert closed.value.rcvd is not None
+            assert closed.value.rcvd.code == debug_session.REPLACED
+            page.send("continue", threadId=1)
+            page.event("terminated")
+            answers = [each["command"] for each in page.seen if each["type"] == "response"]
+            assert answers == ["continue"]
+
+
+def test_a_run_to_which_no_page_returns_is_cancelled(
+    browser: Browser, file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with session(browser) as page:
+        found = page.launch(file, stopOnEntry=True)
+        page.ask("configurationDone")
+        page.event("stopped")
+        monkeypatch.setattr(debug_session, "RETURN_WITHIN", 0.0)
+        page.leave()
+    wait_cancelled(browser, found["run"])
+    with session(browser, found["run"]) as page:
+        assert page.receive()["error"] == "the debugged run has ended"
 
 
 def test_an_emergency_stop_ends_debugged_runs(browser: Browser, file: str) -> None:
@@ -147,14 +214,26 @@ def test_invalid_launches_are_refused(browser: Browser, file: str, folder: Path,
         assert message["error"] == "the session has a run already"
 
 
-def test_sessions_are_limited(browser: Browser) -> None:
+def test_sessions_are_limited_and_those_without_a_page_give_way(browser: Browser, file: str) -> None:
     end = time.monotonic() + DEADLINE
     while time.monotonic() < end:
         with several(browser, debugging.MOST_SESSIONS) as pages, session(browser) as page:
             if all(map(is_admitted, pages)):
                 assert page.receive()["error"] == "too many debugged runs"
+                left = pages[0].launch(file, stopOnEntry=True)
+                pages[0].ask("configurationDone")
+                pages[0].event("stopped")
+                pages[0].leave()
+                with session(browser) as admitted:
+                    assert is_admitted(admitted)
+                wait_cancelled(browser, left["run"])
                 return
     raise AssertionError("sessions of other tests do not end")
+
+
+def wait_cancelled(browser: Browser, run: str) -> None:
+    """Wait until the site lists a run as cancelled."""
+    browser.run(lambda found: found["id"] == run and found["status"] == "cancelled")
 
 
 def is_admitted(page: Page) -> bool:

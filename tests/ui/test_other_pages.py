@@ -234,7 +234,7 @@ async def test_axe_finds_no_violations(chromium: Browser, site: Served, scheme: 
         assert found.problems == []
 
 
-async def test_a_debugged_run_is_stepped_and_stops_at_a_breakpoint(chromium: Browser, site: Served) -> None:
+async def test_a_debugged_run_stops_at_a_breakpoint_and_outlives_a_reload(chromium: Browser, site: Served) -> None:
     async with opened(chromium, site.access) as found:
         page = found.page
         await found.go("/start")
@@ -249,6 +249,10 @@ async def test_a_debugged_run_is_stepped_and_stops_at_a_breakpoint(chromium: Bro
         await panel.get_by_label(f"Condition of the breakpoint in line {line}").wait_for()
         await panel.get_by_role("button", name="Continue").click()
         await panel.get_by_text("Paused at a breakpoint, 0.200 s").wait_for()
+        await panel.locator(".variables li", has_text="shade").wait_for()
+        await page.reload()
+        await panel.get_by_text("Paused at a breakpoint, 0.200 s").wait_for()
+        await panel.get_by_label(f"Condition of the breakpoint in line {line}").wait_for()
         await panel.locator(".variables li", has_text="shade").wait_for()
         assert "first" in await panel.locator(".branches").inner_text()
         await panel.get_by_role("button", name="Step over").click()

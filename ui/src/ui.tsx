@@ -4,6 +4,7 @@ import { Problem } from "./app/Confirm";
 import { Pages } from "./app/Pages";
 import { LabStore, RunStore } from "./app/stores";
 import type { Site } from "./app/types";
+import { debugSession } from "./debug/session";
 import { get } from "./net/api";
 import { loadSpaceFrom } from "./space/loading";
 import "./style/base.css";
@@ -15,7 +16,7 @@ loadSpaceFrom("/static/world3d.js");
 
 async function start(root: HTMLElement): Promise<void> {
   try {
-    const site = await get<Site>("/api/site");
+    const [site] = await Promise.all([get<Site>("/api/site"), debugSession.restore()]);
     render(<Pages shared={{ site, runs: new RunStore(), lab: new LabStore() }} />, root);
     document.documentElement.dataset["ready"] = "true";
   } catch (error) {

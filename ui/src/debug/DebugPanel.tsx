@@ -18,6 +18,7 @@ export function DebugPanel({ state }: { state: PageState }) {
   const [frame, setFrame] = useState<StackFrame | null>(null);
   const [problem, setProblem] = useState<unknown>(null);
   const isPaused = status === "paused";
+  const isOver = status === "ended" || status === "replaced" || status === "lost";
   const act = (action: Promise<void>) => {
     setProblem(null);
     action.catch(setProblem);
@@ -44,14 +45,22 @@ export function DebugPanel({ state }: { state: PageState }) {
         F11: () => debugSession.step(event.shiftKey ? "stepOut" : "stepIn"),
       };
       const step = steps[event.key];
-      if (step === undefined || event.ctrlKey || event.metaKey || debugSession.status.value === "ended") return;
+      if (step === undefined || event.ctrlKey || event.metaKey || isOver) return;
       event.preventDefault();
       act(step());
     };
     document.addEventListener("keydown", onKey);
     return () => document.removeEventListener("keydown", onKey);
-  }, []);
-  const words = { none: "", starting: "Starting", running: "Running", paused: text, ended: "The run has ended." };
+  }, [isOver]);
+  const words = {
+    none: "",
+    starting: "Starting",
+    running: "Running",
+    paused: text,
+    ended: "The run has ended.",
+    replaced: "Another page debugs this run.",
+    lost: "The connection is lost. Reload the page within a minute to continue.",
+  };
   return (
     <section class="panel debug" aria-label="Debugger">
       <div class="head">
@@ -72,7 +81,7 @@ export function DebugPanel({ state }: { state: PageState }) {
             {label}
           </button>
         ))}
-        <button type="button" class="danger" disabled={status === "ended"} onClick={() => act(debugSession.stop())}>
+        <button type="button" class="danger" disabled={isOver} onClick={() => act(debugSession.stop())}>
           ■ End
         </button>
       </div>

@@ -12,6 +12,11 @@ interface Waiting {
 }
 
 const LONGEST = 30_000; // [ms] to wait for an answer
+const FINISHED = 1000; // close code after which the session has ended; it stays when the page is loaded again
+const REPLACED = 4409; // another page debugs the run
+
+/** Why a connection was closed. */
+export type Closing = "ended" | "replaced" | "lost";
 
 export class DapConnection {
   private readonly socket: WebSocket;
@@ -19,21 +24,27 @@ export class DapConnection {
   private readonly waiting = new Map<number, Waiting>();
   private count = 0;
 
+  /**
+   * Connect to a new debug adapter, or to that of a run.
+   *
+   * @param run ID of an active run, or an empty text.
+   */
   constructor(
+    run: string,
     private readonly onEvent: (event: DapEvent) => void,
-    onClose: () => void,
+    onClose: (closing: Closing) => void,
   ) {
-    const address = new URL("/api/debug", location.href);
+    const address = new URL(run === "" ? "/api/debug" : `/api/debug?run=${encodeURIComponent(run)}`, location.href);
     address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
     this.socket = new WebSocket(address);
     this.opened = new Promise((resolve, reject) => {
       this.socket.onopen = () => resolve();
-      this.socket.onclose = () => {
+      this.socket.onclose = ({ code }) => {
         const error = new RequestFailed("the debugger has ended", "start the run again");
         reject(error);
         for (const each of this.waiting.values()) each.reject(error);
         this.waiting.clear();
-        onClose();
+        onClose(code === FINISHED ? "ended" : code === REPLACED ? "replaced" : "lost");
       };
     });
     this.opened.catch(() => undefined); // the requests report it
@@ -54,8 +65,9 @@ export class DapConnection {
     }
   }
 
+  /** End the session and its run. */
   close(): void {
-    this.socket.close();
+    this.socket.close(FINISHED);
   }
 
   private take(message: { [name: string]: unknown }): void {

@@ -1,7 +1,7 @@
 // A debugged run: the page is the client of `seoro dap`, which the server runs.
 import { RequestFailed } from "../net/api";
 import { Cell } from "../state";
-import { DapConnection, type DapEvent } from "./connection";
+import { type Closing, DapConnection, type DapEvent } from "./connection";
 
 export interface Breakpoint {
   file: string;
@@ -31,7 +31,7 @@ export interface Variable {
   variablesReference: number;
 }
 
-export type DebugStatus = "none" | "starting" | "running" | "paused" | "ended";
+export type DebugStatus = "none" | "starting" | "running" | "paused" | "ended" | "replaced" | "lost";
 
 export const STEPS = [
   ["next", "Step over", "F10"],
@@ -42,7 +42,15 @@ export const STEPS = [
 ] as const;
 export type StepName = (typeof STEPS)[number][0];
 
-/** The only session of a page; it ends with the page. */
+/** Breakpoints of a file, as the server keeps them. */
+interface Placed {
+  source: { name: string };
+  breakpoints: { line: number; condition?: string; verified: boolean; message?: string }[];
+}
+
+const RUN = "seoro.debugged"; // key of the run in the storage of the tab
+
+/** The only session of a page, which returns to it when it is loaded again. */
 class DebugSession {
   readonly status = new Cell<DebugStatus>("none");
   /** ID of the run. */
@@ -61,9 +69,9 @@ class DebugSession {
   async launch(settings: object): Promise<{ run: string }> {
     this.connection?.close();
     this.reset();
+    sessionStorage.removeItem(RUN);
     const { file, scenario, simulator, world, rate, seed, set } = settings as Record<string, unknown>;
-    const connection = new DapConnection((event) => this.onEvent(event), () => this.onClose(connection));
-    this.connection = connection;
+    const connection = this.connect("");
     try {
       await connection.request("initialize", { adapterID: "seoro", linesStartAt1: true, columnsStartAt1: true });
       const fields = { program: file, scenario, sim: simulator, world, rate: rate === "max" ? undefined : rate, seed, set };
@@ -75,8 +83,21 @@ class DebugSession {
       throw error;
     }
     if (this.run.value === "") throw new RequestFailed("the debugged run has no trace");
-    if (this.status.value === "starting") this.status.value = "running";
     return { run: this.run.value };
+  }
+
+  /** Return to the run that this tab debugged before it was loaded again; one that has ended is ignored. */
+  async restore(): Promise<void> {
+    const run = sessionStorage.getItem(RUN);
+    if (run === null) return;
+    this.reset();
+    this.connect(run);
+    await new Promise<void>((resolve) => {
+      const stop = this.status.subscribe(() => {
+        stop();
+        resolve();
+      });
+    });
   }
 
   async resume(): Promise<void> {
@@ -145,7 +166,7 @@ class DebugSession {
   private async setBreakpoints(file: string, all: readonly Breakpoint[]): Promise<void> {
     const own = all.filter((each) => each.file === file).sort((a, b) => a.line - b.line);
     const wanted = own.map(({ line, condition }) => ({ line, ...(condition === "" ? {} : { condition }) }));
-    const body = { source: { path: this.pathOf(file) }, breakpoints: wanted };
+    const body = { source: { name: file, path: this.pathOf(file) }, breakpoints: wanted };
     const found = await this.ask<{ breakpoints: { verified: boolean; line: number; message?: string }[] }>("setBreakpoints", body);
     const placed = own.map((each, index) => ({
       ...each,
@@ -160,6 +181,16 @@ class DebugSession {
     return file.startsWith("/") || this.folder === "" ? file : `${this.folder.replace(/\/$/, "")}/${file}`;
   }
 
+  private connect(run: string): DapConnection {
+    const connection = new DapConnection(
+      run,
+      (event) => this.onEvent(event),
+      (closing) => this.onClose(connection, closing),
+    );
+    this.connection = connection;
+    return connection;
+  }
+
   private reset(): void {
     this.status.value = "starting";
     this.run.value = "";
@@ -172,6 +203,10 @@ class DebugSession {
     if (event === "seoro/run") {
       this.run.value = String(body["run"]);
       this.folder = String(body["cwd"] ?? "");
+      sessionStorage.setItem(RUN, this.run.value);
+      this.status.value = "running";
+    } else if (event === "seoro/breakpoints") {
+      this.restoreBreakpoints(body as unknown as Placed);
     } else if (event === "stopped") {
       this.thread.value = Number(body["threadId"] ?? 1);
       this.text.value = String(body["description"] ?? "Paused");
@@ -180,12 +215,26 @@ class DebugSession {
     } else if (event === "output") {
       this.output.value = [...this.output.value.slice(-199), String(body["output"] ?? "").trimEnd()];
     } else if (event === "terminated") {
-      this.status.value = "ended";
+      this.end("ended");
     }
   }
 
-  private onClose(connection: DapConnection): void {
-    if (this.connection === connection && this.status.value !== "none") this.status.value = "ended";
+  private restoreBreakpoints({ source, breakpoints }: Placed): void {
+    const found = breakpoints.map(({ line, condition = "", verified, message = "" }) => {
+      return { file: source.name, line, condition, isVerified: verified, message };
+    });
+    this.breakpoints.value = [...this.breakpoints.value.filter((each) => each.file !== source.name), ...found];
+  }
+
+  private onClose(connection: DapConnection, closing: Closing): void {
+    const hasRun = this.run.value !== "";
+    if (this.connection !== connection || this.status.value === "none" || this.status.value === "ended") return;
+    this.end(hasRun ? closing : "none");
+  }
+
+  private end(status: "none" | "ended" | "replaced" | "lost"): void {
+    if (status !== "lost") sessionStorage.removeItem(RUN);
+    this.status.value = status;
   }
 }
 
