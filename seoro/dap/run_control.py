@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AsyncExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from seoro.dap.launch import Launch
 from seoro.dap.output import writing_trace
@@ -30,6 +30,8 @@ from seoro.runtime.values.environment import EvaluationError
 from seoro.runtime.values.text import value_text
 from seoro.runtime.values.values import Value as RunValue
 from seoro.runtime.verdict import Verdict
+
+_IN_REACTION: Final = "reactions have no pauses: they are effects of an instant"
 
 
 class Requested(Value):
@@ -117,10 +119,23 @@ class RunControl:
             for owner, behavior in reversed(self._behaviors)
             if self.debugger.breakpoints.path_of(behavior.span) == file
         }
+        reactions = self._reaction_lines(file) - lines.keys()
         found: dict[int, Breakpoint] = {}
-        placed = [self._place(each, lines, found) for each in requested]
+        placed = [
+            Placed(None, _IN_REACTION) if each.line in reactions else self._place(each, lines, found)
+            for each in requested
+        ]
         self.debugger.breakpoints.replace(file, found)
         return placed
+
+    def _reaction_lines(self, file: Path) -> set[int]:
+        """Return the lines of the reactions in a file."""
+        found: set[int] = set()
+        for scenario in self.plan.scenarios.values():
+            for reaction in scenario.on:
+                if self.debugger.breakpoints.path_of(reaction.span) == file:
+                    found.update(range(reaction.span.line, reaction.members[-1].span.line + 1))
+        return found
 
     def _place(self, requested: Requested, lines: Mapping[int, str], found: dict[int, Breakpoint]) -> Placed:
         line = min((line for line in lines if line >= requested.line), default=None)

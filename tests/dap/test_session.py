@@ -17,6 +17,14 @@ import pytest
 from seoro.dap.connection import Connection, InvalidMessage
 from seoro.dap.session import Session
 
+REACTING = """scenario main:
+    event done
+    event seen
+    on @done:
+        emit seen
+    do serial:
+        emit done
+"""
 SCENARIO = """import osc.helpers
 
 struct point:
@@ -198,6 +206,24 @@ async def test_conditions_decide_about_breakpoints(file: Path) -> None:
         assert stopped["description"] == "Paused at a breakpoint, 2.000 s"
         await editor.body("seoro/step", to="record")
         assert (await editor.event("stopped"))["reason"] == "step"
+
+
+async def test_breakpoints_in_reactions_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "main.osc"
+    file.write_text(REACTING)
+    lines = [
+        REACTING.splitlines().index(text) + 1 for text in ("    on @done:", "        emit seen", "    do serial:")
+    ]
+    async with session() as editor:
+        first, second, below = (await editor.launch(file, *lines))["breakpoints"]
+        for placed, line in zip((first, second), lines[:2], strict=True):
+            assert (placed["verified"], placed["line"]) == (False, line)
+            assert placed["message"] == "reactions have no pauses: they are effects of an instant"
+        assert below["verified"]
+        await editor.body("configurationDone")
+        assert (await editor.event("stopped"))["reason"] == "breakpoint"
+        await editor.body("continue", threadId=1)
+        assert (await editor.event("exited"))["exitCode"] == 0
 
 
 async def test_logs_and_the_verdict_are_printed(file: Path) -> None:

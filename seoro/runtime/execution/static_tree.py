@@ -52,7 +52,7 @@ def static_tree(plan: Plan) -> StaticTree:
     places: dict[int, dict[str, Any]] = {}
     omitted = 0
     for scenario in _scenarios(plan):
-        for behavior, parent in _behaviors(scenario):
+        for behavior, parent in (*_behaviors(scenario), *((each, None) for each in _reactions(scenario))):
             if len(nodes) == MAX_NODES:
                 omitted += 1
                 continue
@@ -65,7 +65,7 @@ def static_tree(plan: Plan) -> StaticTree:
 
 
 def behaviors_of_plan(plan: Plan) -> Iterator[tuple[str, Behavior]]:
-    """Yield all behaviors of a plan, with the names of their scenarios."""
+    """Yield all behaviors of a plan without its reactions, with the names of their scenarios."""
     for scenario in _scenarios(plan):
         for behavior, _ in _behaviors(scenario):
             yield scenario.name, behavior
@@ -80,16 +80,19 @@ def _scenarios(plan: Plan) -> Iterator[Scenario]:
 
 
 def _behaviors(scenario: Scenario) -> Iterator[tuple[Behavior, Behavior | None]]:
-    """Yield the behaviors of a scenario with the composition around each, in source order; then its reactions."""
+    """Yield the behaviors of a scenario with the composition around each, in source order."""
     pending: list[tuple[Behavior, Behavior | None]] = [] if scenario.body is None else [(scenario.body, None)]
     while pending:
         behavior, parent = pending.pop()
         yield behavior, parent
         if isinstance(behavior, Composition):
             pending += ((member, behavior) for member in reversed(behavior.members))
+
+
+def _reactions(scenario: Scenario) -> Iterator[Behavior]:
+    """Yield the members of the reactions of a scenario."""
     for directive in scenario.on:
-        for reaction in directive.members:
-            yield reaction, None
+        yield from directive.members
 
 
 def _described(behavior: Behavior) -> dict[str, str]:
