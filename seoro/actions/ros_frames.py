@@ -48,8 +48,8 @@ async def tf_close_to(
         watch = partial(robots.watch_proximity, name, robot_frame_id, parent_frame_id, reference_point, threshold)
         await finish(ctx, watch, robots.cancel_watch)
         return
-    system, _ = ctx.home(robot, ObservedSystem)
-    namespace = _namespace(robot, namespace_override)
+    system, name = ctx.home(robot, ObservedSystem)
+    namespace = _namespace(robot, namespace_override) or system.namespace_of(name)
     distance = math.inf
     with as_action_failure():
         async with system.frames(namespace, lambda text: ctx.relay([text])) as frames:
@@ -76,8 +76,8 @@ async def odometry_distance_traveled(
         robots, name = ctx.home(robot, MobileRobots)
         await finish(ctx, partial(robots.watch_distance, name, distance), robots.cancel_watch)
         return
-    system, _ = ctx.home(robot, ObservedSystem)
-    namespace = _namespace(robot, namespace_override)
+    system, name = ctx.home(robot, ObservedSystem)
+    namespace = _namespace(robot, namespace_override) or system.namespace_of(name)
     topic = f"/{namespace}/odom" if namespace else "/odom"
     travelled, last = 0.0, None
     with as_action_failure(), log_missing(ctx, lambda: f"{distance:g} m on {topic}; found {travelled:.3g} m"):

@@ -81,6 +81,8 @@ def pack(
     lab = _lab_of(options)
     files = [*_single_files(options), *_world_files(options, lab), *sent.paths]
     names_absolute = sent.is_absolute or (lab is not None and _world_is_absolute(lab))
+    if lab is not None and lab.bag is not None:
+        files += _bag_files(lab, lab.bag)
     for path in () if lab is None else _resets(lab):
         reset = check_file(path, import_python=False).without_errors()
         of_reset = _files_of(reset, Options(), path.parent)
@@ -151,6 +153,17 @@ def _lab_of(options: Options) -> ReadLab | None:
     from seoro.lab.reading import read_lab  # noqa: PLC0415 - the form of the file, for runs that have one
 
     return read_lab(options.lab.file)
+
+
+def _bag_files(lab: ReadLab, bag: Path) -> Iterable[Path]:
+    """Return the files of the bag of recorded robots."""
+    for name, robot in lab.robots.items():
+        if Path(robot.bag or "").is_absolute():
+            raise UsageError(
+                f"the bag of `{name}` has an absolute path, {robot.bag}, which the executor does not have",
+                help="use a path relative to the lab file",
+            )
+    return _files_below(bag) if bag.is_dir() else [bag]
 
 
 def _resets(lab: ReadLab) -> Iterator[Path]:

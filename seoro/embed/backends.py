@@ -69,6 +69,11 @@ async def open_backends(
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 
         lab = read_lab(options.lab.file)
+        if lab.bag is not None:
+            from seoro.lab.recorded import open_recorded  # noqa: PLC0415 - for runs with recorded robots
+
+            yield open_recorded(lab, actor_names(plan), selectors)
+            return
         models = ModelPath(options.lab.model_path, options.locate, expands=True)
         world = lab.world and WorldName.parse(lab.world).located(models.locate)
         simulation = SimulatorOptions(world, seed, models)
@@ -81,14 +86,18 @@ async def open_backends(
         async with _open(options.simulator, seed, options, _purpose(plan)) as node:
             yield OpenBackends(node, node, (node,))
     elif options.bag is not None:
-        system = _open_bag(options.bag)
+        system = open_bag_system(options.bag)
         yield OpenBackends(time=system, backends=(system,))
     else:
         yield OpenBackends()
 
 
-def _open_bag(path: Path) -> BagSystem:
+def open_bag_system(path: Path, namespaces: Mapping[str, str] | None = None) -> BagSystem:
     """Open a bag as the ROS 2 system of a run.
+
+    Args:
+        path: The bag.
+        namespaces: See `BagSystem`.
 
     Raises:
         UsageError: The extra `ros2` is not installed, or the bag is unreadable.
@@ -98,7 +107,7 @@ def _open_bag(path: Path) -> BagSystem:
         from seoro.bridges.ros2.recording.reader import open_bag  # noqa: PLC0415 - an extra
     except ModuleNotFoundError as error:
         raise _missing_extra(error) from error
-    return BagSystem(open_bag(path))
+    return BagSystem(open_bag(path), namespaces)
 
 
 def _missing_extra(error: ModuleNotFoundError) -> UsageError:

@@ -74,7 +74,8 @@ async def open_lab(
             name, file = lab.simulator
             starting = _simulator(file, options, purpose, claim)
             opened[name] = simulator = await stack.enter_async_context(starting)
-        nodes = {robot: opened[lab.robots[robot].where] for robot in bound.values()}
+        places = {robot: lab.robots[robot].where for robot in bound.values()}
+        nodes = {robot: opened[where] for robot, where in places.items() if where is not None}
         placements = {actor: _placement(lab, robot, nodes[robot]) for actor, robot in bound.items()}
         await _check_ready(lab, nodes)
         for node in opened.values():

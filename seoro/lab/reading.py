@@ -55,11 +55,19 @@ class Lab:
         named += [each.connect for each in self._file.simulators.values() if each.connect is not None]
         return tuple(dict.fromkeys(named))
 
-    def address(self, where: str) -> tuple[str | None, str | None]:
+    @property
+    def bag(self) -> Path | None:
+        """Bag of the recorded robots; None without one."""
+        return next((self._folder / robot.bag for robot in self._file.robots.values() if robot.bag), None)
+
+    def address(self, where: str | None) -> tuple[str | None, str | None]:
         """Return the endpoint of a simulator or bridge and its name there.
 
         Without an endpoint, the simulator is started for runs; without a name, it is the only node there.
+        Recorded robots are at the address (None, None).
         """
+        if where is None:
+            return None, None
         if where in self._file.bridges:
             bridge = self._file.bridges[where]
             return bridge.connect, bridge.name
@@ -101,8 +109,10 @@ class Lab:
 
     def _conflicts(self) -> Iterator[str]:
         file, at = self._file, self._lines.at
-        if not file.simulators and not file.bridges:
+        recorded = {name: robot for name, robot in file.robots.items() if robot.bag is not None}
+        if not file.simulators and not file.bridges and not recorded:
             yield f"{at(())}: the lab has neither a simulator nor a bridge"
+        yield from self._conflicts_of_bags(recorded)
         for name in list(file.simulators)[1:]:
             yield (
                 f"{at(('simulators', name))}: simulators.{name}: a run has one simulator, which is its clock: put "
@@ -113,6 +123,8 @@ class Lab:
         known = {*file.simulators, *file.bridges}
         taken: dict[tuple[str, str], str] = {}
         for actor, robot in file.robots.items():
+            if robot.where is None:
+                continue
             if robot.where not in known:
                 yield (
                     f"{at(('robots', actor, 'in'))}: robots.{actor}: unknown simulator or bridge "
@@ -122,6 +134,15 @@ class Lab:
             if remote in taken:
                 yield f"{self.position_of(actor)}: robots.{actor}: duplicate robot, also of {taken[remote]}"
             taken[remote] = actor
+
+    def _conflicts_of_bags(self, recorded: Mapping[str, RobotFile]) -> Iterator[str]:
+        file = self._file
+        for name, robot in recorded.items():
+            place = f"{self._lines.at(('robots', name, 'bag'))}: robots.{name}"
+            if file.simulators or file.bridges:
+                yield f"{place}: a bag is the clock of its runs: put recorded robots into a lab file of their own"
+            if self._folder / str(robot.bag) != self.bag:
+                yield f"{place}: a run has one bag, which is its clock: expected {self.bag}"
 
 
 def read_lab(path: Path) -> Lab:

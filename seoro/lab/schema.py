@@ -134,10 +134,13 @@ class AfterFile(_Part):
 
 
 class RobotFile(_Part):
-    """A robot of a simulator or bridge.
+    """A robot of a simulator or bridge, or a recorded one.
 
     Args:
         where: Name of the simulator or bridge in this file.
+        kind: `bag` for a recorded robot, which runs observe at the times of its bag.
+        bag: Path of the ROS 2 bag of a recorded robot, relative to the folder of the lab file.
+        namespace: Namespace of a recorded robot in its bag.
         name_there: Name of the robot at its node; by default that in this file.
         type: Type of the robot. A robot with a type can be selected by `any:`.
         can: Capabilities, as free words.
@@ -146,13 +149,30 @@ class RobotFile(_Part):
         after: Teardown after a run.
     """
 
-    where: Annotated[Name, Field(alias="in")]
+    where: Annotated[Name | None, Field(alias="in")] = None
+    kind: Literal["bag"] | None = None
+    bag: Text | None = None
+    namespace: Annotated[str, Field(pattern=r"^/?([A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*)?$")] = "/"
     name_there: Annotated[Text | None, Field(alias="as")] = None
     type: Name | None = None
     can: tuple[Name, ...] = ()
     limits: LimitsFile = LimitsFile()
     before: BeforeFile = BeforeFile()
     after: AfterFile | None = None
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> Self:
+        if (self.where is None) == (self.kind is None):
+            raise ValueError("expected either `in` (a simulator or bridge) or `kind: bag` (a recorded robot)")
+        if (self.kind is None) != (self.bag is None):
+            raise ValueError("a recorded robot needs both `kind: bag` and `bag`, the path of its bag")
+        given = self.model_fields_set
+        if self.kind is None and "namespace" in given:
+            raise ValueError("`namespace` is that of a recorded robot: remove it, or add `kind: bag`")
+        if self.kind is not None and (unused := sorted(given & {"name_there", "limits", "before", "after"})):
+            names = ", ".join("as" if name == "name_there" else name for name in unused)
+            raise ValueError(f"a recorded robot obeys no commands: remove {names}")
+        return self
 
 
 class LabFile(_Part):

@@ -70,6 +70,10 @@ class RosBackend:
         self._actors: list[str] = []  # robots of the scenario
         self._tracking: CancelScope | None = None
 
+    def namespace_of(self, robot: str) -> str:
+        """Return an empty text: actors have the namespaces of running robots."""
+        return ""
+
     def loss_since(self, moment: float) -> str:
         """See `Connected`. Messages sent during an outage are lost, so each outage counts."""
         if self._node.system.session.is_cut_off:

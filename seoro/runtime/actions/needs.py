@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, get_args
 from seoro.errors import UsageError
 from seoro.lang.plan import Field, InvokeAction, Plan, invocations_in
 from seoro.lang.source import Span
-from seoro.runtime.contracts.backends import Selective
+from seoro.runtime.contracts.backends import Observing, Selective
 from seoro.runtime.execution.assignment import ActorAssignment, Contract, Home
 from seoro.runtime.functions.actions import BoundAction
 from seoro.runtime.instances.instances import Instance
@@ -68,7 +68,8 @@ def _check_support(invocation: InvokeAction, actor: Actor, contract: Contract, h
             if not missing:
                 return
     reason = f"{backend.name}, the backend of `{actor.name}`, does not support `{invocation.action}`"
-    raise UsageError(f"{reason}: {missing}" if missing else reason, invocation.span)
+    hint = backend.reason_unobeyed() if isinstance(backend, Observing) else ""
+    raise UsageError(f"{reason}: {missing}" if missing else reason, invocation.span, hint)
 
 
 def _known_actor(invocation: InvokeAction, entry: Instance) -> Actor | None:

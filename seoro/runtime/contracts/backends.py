@@ -100,6 +100,14 @@ class Selective(Protocol):
 
 
 @runtime_checkable
+class Observing(Protocol):
+    """A backend that observes robots, and commands none."""
+
+    def reason_unobeyed(self) -> str:
+        """Return why its robots obey no commands."""
+
+
+@runtime_checkable
 class Connected(Protocol):
     """A backend whose connection may be interrupted, so that reports may be missing."""
 

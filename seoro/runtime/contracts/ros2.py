@@ -139,6 +139,9 @@ class ObservedSystem(Protocol):
     def loss_since(self, moment: float) -> str:
         """See `backends.Connected`."""
 
+    def namespace_of(self, robot: str) -> str:
+        """Return the namespace of a robot, unless its actor has one; empty for the root."""
+
     def subscribing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosSubscription]:
         """Create a subscription to a topic."""
 

@@ -28,12 +28,12 @@ class Placement(Value):
 
     Args:
         home: The home.
-        kinds: Types of actors that the robot can stand for.
+        kinds: Types of actors that the robot can stand for; None for all.
         place: Place of the choice, for messages.
     """
 
     home: Home
-    kinds: Sequence[str]
+    kinds: Sequence[str] | None
     place: str
 
 
@@ -74,7 +74,7 @@ class ActorAssignment:
         """
         placement = self._placements.get(actor.name)
         if placement is not None:
-            if actor.types[0] not in placement.kinds:
+            if placement.kinds is not None and actor.types[0] not in placement.kinds:
                 raise UsageError(
                     f"{placement.place}: '{placement.home.name}' of {placement.home.backend.name} cannot stand "
                     f"for `{actor.name}` of the type {actor.types[0]}",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
@@ -142,11 +142,15 @@ class BagSystem:
 
     Args:
         bag: The bag.
+        namespaces: Namespaces of the recorded robots of a lab, by their names there. None if the bag was recorded
+            on any robot of the scenario.
     """
 
-    def __init__(self, bag: Bag) -> None:
+    def __init__(self, bag: Bag, namespaces: Mapping[str, str] | None = None) -> None:
         self.name = f"the bag {bag.path}"
+        self.topics = frozenset(bag.topics)
         self._bag = bag
+        self._namespaces = namespaces
         self._types = TypeStore.bundled()
         self._start = self._now = bag.extent.start
         self._subscriptions: dict[str, list[BagSubscription]] = {}
@@ -160,8 +164,16 @@ class BagSystem:
     # ------------------------------------------------------------ backend and time server
 
     def assign_robot(self, actor: str, types: Sequence[str]) -> str | None:
-        """Return the name of an actor if it is a robot: the bag was recorded on it."""
-        return actor if ROBOT in types else None
+        """Return the name of an actor if it is a robot: the bag was recorded on it. Labs assign theirs."""
+        return actor if self._namespaces is None and ROBOT in types else None
+
+    def reason_unobeyed(self) -> str:
+        """See `Observing`."""
+        return "a recorded robot obeys no commands: observe it, for example with `tf_close_to`"
+
+    def namespace_of(self, robot: str) -> str:
+        """Return the namespace of a robot in a lab file; empty for the root."""
+        return (self._namespaces or {}).get(robot, "")
 
     async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
         """See `Backend`."""

@@ -1,0 +1,128 @@
+"""Recorded robots of a lab."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import seoro
+from seoro.bridges.ros2.recording.metadata import BagTopic
+from seoro.bundle.pack import pack
+from seoro.cli.main import main
+from seoro.embed.options import Options
+from seoro.lab.reading import read_lab
+from tests.bridges.ros2.recording.bags import CHATTER, SECOND, TYPES, text, write
+
+pytestmark = pytest.mark.anyio
+
+TF = "tf2_msgs/msg/TFMessage"
+ODOMETRY = "nav_msgs/msg/Odometry"
+HEAD = "import osc.helpers\nimport osc.ros\nscenario field:\n    tb: differential_drive_robot\n"
+LAB = "robots:\n  tb: {kind: bag, bag: drive, namespace: /tb}\n"
+
+
+@pytest.fixture
+async def folder(tmp_path: Path) -> Path:
+    """A lab with a recorded robot that drives from 0 to 5 m at 1 m/s, in a namespace."""
+    frames = BagTopic("/tb/tf", TF, TYPES.type_hash(TF), ())
+    odometry = BagTopic("/tb/odom", ODOMETRY, TYPES.type_hash(ODOMETRY), ())
+    messages = []
+    for step in range(51):
+        at, x = step * SECOND // 10, step / 10
+        place = {"translation": {"x": x}, "rotation": {"w": 1.0}}
+        transform = {"header": {"frame_id": "map"}, "child_frame_id": "base_link", "transform": place}
+        messages.append((CHATTER.name, text(str(step)), at))
+        messages.append(("/tb/tf", TYPES.encode(TF, {"transforms": [transform]}), at))
+        pose = {"pose": {"pose": {"position": {"x": x}}}}
+        messages.append(("/tb/odom", TYPES.encode(ODOMETRY, pose), at))
+    await write(tmp_path / "drive", messages, CHATTER, frames, odometry)
+    (tmp_path / "lab.yaml").write_text(LAB)
+    return tmp_path
+
+
+def execute(folder: Path, body: str, capsys: pytest.CaptureFixture[str], *options: str) -> tuple[int, str]:
+    file = folder / "field.osc"
+    file.write_text(f"{HEAD}    do {body}\n")
+    status = main(["exec", str(file), "--lab", str(folder / "lab.yaml"), "--rate", "max", *options])
+    found = capsys.readouterr()
+    return status, found.out + found.err
+
+
+@pytest.mark.parametrize(
+    ("body", "duration"),
+    [
+        ("tb.tf_close_to(25cm, position_3d(x: 3m))", "2.80 s"),
+        ("tb.odometry_distance_traveled(1.95m)", "2.00 s"),
+        ('wait_for_data("/chatter", "std_msgs/msg/String")', "0.00 s"),
+    ],
+)
+def test_a_recorded_robot_does_what_it_did(
+    body: str, duration: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, output = execute(folder, body, capsys)
+    assert status == 0, output
+    assert f"passed  field in {duration}" in output
+
+
+def test_a_run_observes_it_from_python(folder: Path) -> None:
+    file = folder / "field.osc"
+    file.write_text(f"{HEAD}    do tb.tf_close_to(20cm, position_3d(x: 9m))\n")
+    verdict = seoro.run(seoro.load(file), lab=seoro.Lab(folder / "lab.yaml"))
+    assert (verdict.passed, "ends after 5.000 s" in verdict.reason) == (False, True), verdict
+
+
+def test_a_typed_robot_is_selected(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "lab.yaml").write_text(LAB.replace("tb:", "first:").replace("/tb}", "/tb, type: turtlebot4}"))
+    body = "tb.tf_close_to(20cm, position_3d(x: 3m))"
+    status, output = execute(folder, body, capsys, "--set", "tb=any:turtlebot4")
+    assert (status, "`tb` is robot `first`" in output) == (0, False), output
+    status, output = execute(folder, body, capsys)
+    assert (status, "robots of the lab: first" in output) == (2, True), output
+
+
+@pytest.mark.parametrize(
+    ("body", "options", "reason"),
+    [
+        ("tb.nav_to_pose(pose_3d())", (), "a recorded robot obeys no commands"),
+        ("service_call('/a', 'std_srvs/srv/Empty', '{}')", (), "cannot carry out `service_call`"),
+        ("wait elapsed(1s)", ("--ros",), "recorded robots contradict a ROS 2 system"),
+        ("wait elapsed(1s)", ("--clock", "real"), "impossible with a bag"),
+    ],
+)
+def test_commands_are_refused_before_the_run(
+    body: str, options: tuple[str, ...], reason: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, output = execute(folder, body, capsys, *options)
+    assert (status, reason in output) == (2, True), output
+
+
+@pytest.mark.parametrize(
+    ("robots", "reason"),
+    [
+        ("tb: {kind: bag}", "needs both `kind: bag` and `bag`"),
+        ("tb: {type: turtlebot4}", "expected either `in`"),
+        ("tb: {kind: bag, bag: drive, limits: {speed: 1}, as: a}", "obeys no commands: remove limits, as"),
+        ("tb: {kind: bag, bag: drive}\n  other: {kind: bag, bag: a}", "a run has one bag"),
+        ("tb: {kind: bag, bag: drive}\nbridges:\n  floor: {connect: x}", "a lab file of their own"),
+        ("tb: {kind: bag, bag: missing}", "lab.yaml:2: robots.tb: "),
+        ("tb: {kind: bag, bag: drive, namespace: /tb1}", "lab.yaml:2: robots.tb: the bag"),
+        ("two: {kind: bag, bag: drive}", "lab.yaml:2: unknown actor 'two'"),
+    ],
+)
+def test_invalid_labs_are_refused(
+    robots: str, reason: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "lab.yaml").write_text(f"robots:\n  {robots}\n")
+    status, output = execute(folder, "wait elapsed(1s)", capsys)
+    assert (status, reason in output) == (2, True), output
+
+
+def test_executors_receive_the_bag(folder: Path) -> None:
+    file = folder / "field.osc"
+    file.write_text(f"{HEAD}    do wait elapsed(1s)\n")
+    lab = seoro.Lab(folder / "lab.yaml")
+    assert read_lab(lab.file).endpoints == ()
+    sent = {each.path for each in pack(seoro.load(file), Options(lab=lab)).manifest.files}
+    assert "drive/metadata.yaml" in sent
+    assert len(sent) == len([*(folder / "drive").iterdir()]) + 2
