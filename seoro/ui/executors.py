@@ -145,16 +145,15 @@ class Executors:
         return [self._beginning(known.get(remote_id(run.id)), run) for run in runs]
 
     def _beginning(self, before: Run | None, run: RemoteRun) -> _Beginning:
-        if before is not None and (before.status.is_final or (before.scenario and before.robots)):
-            return before.scenario, before.robots
-        if self._folder is None:
-            return "", ()
+        noted: _Beginning = ("", ()) if before is None else (before.scenario, before.robots)
+        if self._folder is None or all(noted) or (before is not None and before.status.is_final):
+            return noted
         try:
             with open_input(self._folder / "runs" / run.id / TRACE, Kind.TRACE) as file:
                 start = read_start(file)
-                return ("", ()) if start is None else (str(start.get("scenario", "")), read_robots(file, start))
+                return noted if start is None else (str(start.get("scenario", "")), read_robots(file, start))
         except OSError:
-            return "", ()  # it has not started
+            return noted  # it has not started
 
 
 def describe(run: RemoteRun, place: str, scenario: str = "", robots: tuple[str, ...] = ()) -> Run:

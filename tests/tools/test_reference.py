@@ -44,7 +44,7 @@ def test_the_library_page_names_parameters_with_their_defaults() -> None:
 def test_the_schema_of_lab_files_has_nested_keys_with_their_meaning() -> None:
     text = GENERATORS["lab file"]()
     assert re.search(r"^\| `robots\.NAME\.limits\.speed` \| number, > 0 \|", text, re.MULTILINE)
-    assert "| `robots.NAME.in` | text | required |" in text
+    assert "| `bridges.NAME.connect` | text | required |" in text
 
 
 def test_the_protocol_page_has_verbs_with_their_fields() -> None:
