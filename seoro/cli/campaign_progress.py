@@ -17,9 +17,10 @@ from seoro.campaign.runs import End, Row
 from seoro.campaign.state import State
 from seoro.campaign.statistics.flaky import RepeatedIds, find_flaky
 from seoro.campaign.store.batches import read_batches
-from seoro.campaign.store.folder import CampaignFile, is_running, read_campaign, read_rows
+from seoro.campaign.store.folder import LOCK, CampaignFile, read_campaign, read_rows
 from seoro.cli.campaign_stopping import rate_text
 from seoro.cli.output import is_terminal
+from seoro.files.written_files import written_files
 
 PERIOD: Final = 10.0  # [s] between lines, without a terminal
 PACE_TIME: Final = 60.0  # [s] before the latest run that are the pace of a running campaign
@@ -122,7 +123,7 @@ def seeds_text(campaign: CampaignFile) -> str:
 def print_status(folder: Path) -> None:
     """Print how far a campaign is, and its pace while a process carries it out."""
     starts: list[str] = []
-    runs_on = is_running(folder)
+    runs_on = bool(written_files({folder / LOCK}))
     campaign, ids = read_campaign(folder), RepeatedIds()
     state = State(campaign, (), read_unreachable(folder))
     for batch in read_batches(folder):

@@ -20,13 +20,13 @@ from seoro.campaign.store.folder import CAMPAIGN, KEPT, LOCK, RUNS, TRACE, Campa
 from seoro.campaign.store.index import end_in
 from seoro.campaign.store.lines import read_blocks
 from seoro.errors import UsageError
+from seoro.files.written_files import written_files
 from seoro.ui.answers import RequestError
 from seoro.ui.campaign_json import described, snapshot_of
 from seoro.ui.campaign_reader import CampaignReader
 from seoro.ui.local_runs import describe
 from seoro.ui.registry import Known, LocalSource, RunRegistry, local_id
 from seoro.ui.walking import walk
-from seoro.ui.written_files import written_files
 
 RUNNING: Final = "running"
 PERIOD: Final = 1.0  # [s] between two snapshots

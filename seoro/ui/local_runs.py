@@ -14,12 +14,12 @@ import anyio.to_thread
 
 from seoro.campaign.store.folder import CAMPAIGN, KEPT
 from seoro.files.inputs import Kind, open_input
+from seoro.files.written_files import written_files
 from seoro.runtime.execution.outputs import TRACE
 from seoro.traces.edges import read_end, read_robots, read_start
 from seoro.traces.reader import Record
 from seoro.ui.registry import Known, LocalSource, Run, RunRegistry, Status, local_id
 from seoro.ui.walking import walk
-from seoro.ui.written_files import written_files
 
 MOST_RUNS: Final = 10_000
 _RECENT: Final = 10.0  # [s] since the last change of a trace that may be active

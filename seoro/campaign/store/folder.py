@@ -305,21 +305,6 @@ def _locked(folder: Path) -> int:
     return descriptor
 
 
-def is_running(folder: Path) -> bool:
-    """Return whether a process carries out the campaign of a folder now."""
-    try:
-        descriptor = os.open(folder / LOCK, os.O_RDONLY | os.O_CLOEXEC)
-    except FileNotFoundError:
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    finally:
-        os.close(descriptor)
-    return False
-
-
 def shard(folder: Path, worker: str) -> Path:
     """Return the file for the rows of a worker."""
     return folder / RUNS / f"{worker}.jsonl"
