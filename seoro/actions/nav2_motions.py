@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import NamedTuple
 
 from seoro.actions.goals import pursue
 from seoro.actions.nav2_requests import BASE, duration, run_goal
@@ -52,13 +53,8 @@ async def backup(
     namespace_override: str,
 ) -> None:
     """Drive backwards in a straight line."""
-    _check_straight(distance, speed)
-    if ctx.is_home(robot, DrivenRobots):
-        refuse_unless(namespace_override=(namespace_override, ""))
-        await _drive(ctx, robot, -speed, 0.0, distance / speed, time_limit)
-        return
-    goal = {**_straight(distance, speed), **_limits(time_limit, check_collisions=check_collisions)}
-    await run_goal(ctx, full_name(robot, namespace_override, "backup"), "BackUp", goal)
+    motion = _Straight("backup", "BackUp", -1.0, distance, speed)
+    await _move_straight(ctx, robot, motion, time_limit, namespace_override, check_collisions=check_collisions)
 
 
 @action("differential_drive_robot.drive_on_heading", home=DrivenRobots | Ros2System, uses=BASE)
@@ -72,13 +68,8 @@ async def drive_on_heading(
     namespace_override: str,
 ) -> None:
     """Drive ahead in a straight line."""
-    _check_straight(distance, speed)
-    if ctx.is_home(robot, DrivenRobots):
-        refuse_unless(namespace_override=(namespace_override, ""))
-        await _drive(ctx, robot, speed, 0.0, distance / speed, time_limit)
-        return
-    goal = {**_straight(distance, speed), **_limits(time_limit, check_collisions=check_collisions)}
-    await run_goal(ctx, full_name(robot, namespace_override, "drive_on_heading"), "DriveOnHeading", goal)
+    motion = _Straight("drive_on_heading", "DriveOnHeading", 1.0, distance, speed)
+    await _move_straight(ctx, robot, motion, time_limit, namespace_override, check_collisions=check_collisions)
 
 
 @action("differential_drive_robot.wait_in_place", home=DrivenRobots | Ros2System, uses=BASE)
@@ -98,14 +89,44 @@ async def assisted_teleop(ctx: ActionContext, robot: Actor, time_limit: float, n
     await run_goal(ctx, full_name(robot, namespace_override, "assisted_teleop"), "AssistedTeleop", goal)
 
 
-def _check_straight(distance: float, speed: float) -> None:
+class _Straight(NamedTuple):
+    """A motion in a straight line.
+
+    Args:
+        action: Name of the action of Nav2.
+        kind: Its type.
+        sign: 1 ahead, -1 backwards.
+        distance: [m]
+        speed: [m/s]
+    """
+
+    action: str
+    kind: str
+    sign: float
+    distance: float
+    speed: float
+
+
+async def _move_straight(
+    ctx: ActionContext,
+    robot: Actor,
+    motion: _Straight,
+    time_limit: float,
+    namespace: str,
+    *,
+    check_collisions: bool,
+) -> None:
+    distance, speed = motion.distance, motion.speed
     for name, value in (("distance", distance), ("speed", speed)):
         if not 0.0 < value < math.inf:
             raise ActionFailed(f"invalid `{name}`: expected more than 0, found {value:g}")
-
-
-def _straight(distance: float, speed: float) -> Members:
-    return {"target": {"x": distance}, "speed": speed}
+    if ctx.is_home(robot, DrivenRobots):
+        refuse_unless(namespace_override=(namespace, ""))
+        await _drive(ctx, robot, motion.sign * speed, 0.0, distance / speed, time_limit)
+        return
+    limits = _limits(time_limit, check_collisions=check_collisions)
+    goal = {"target": {"x": distance}, "speed": speed, **limits}
+    await run_goal(ctx, full_name(robot, namespace, motion.action), motion.kind, goal)
 
 
 def _limits(time_limit: float, *, check_collisions: bool) -> Members:
