@@ -114,7 +114,7 @@ class RunMarkers:
             "ns": group,
             "id": next(self._numbers),
             "type": kind,
-            "pose": pose_value(place if len(place) == len((*_EVENTS_AT, *_UNTURNED)) else (*place, *_UNTURNED)),
+            "pose": pose_value((*place, *_UNTURNED)),  # a place may have a direction of its own
             "scale": vector(*scale),
             "color": dict(zip("rgba", color, strict=True)),
         }
