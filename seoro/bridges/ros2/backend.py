@@ -19,11 +19,12 @@ from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.descriptions import node_for_service
-from seoro.bridges.ros2.endpoints import Frames, RosPublisher, RosSubscription
+from seoro.bridges.ros2.endpoints import RosPublisher, RosSubscription
 from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
 from seoro.bridges.ros2.recording import Playback, Recording, open_bag, play, record
 from seoro.bridges.ros2.state.publishing import publishing_state
 from seoro.bridges.ros2.tf.listener import listen
+from seoro.bridges.ros2.tf.poses import FramePoses
 from seoro.bridges.ros2.tracks import RosTracks
 from seoro.bridges.ros2.wire import PRESETS
 from seoro.bridges.session import Outages
@@ -182,13 +183,13 @@ class RosBackend:
         return self._clock.using(note)
 
     @asynccontextmanager
-    async def frames(self, namespace: str, note: contract.Note) -> AsyncIterator[Frames]:
+    async def frames(self, namespace: str, note: contract.Note) -> AsyncIterator[FramePoses]:
         """Follow the frames published in a namespace."""
         async with (
             listen(self._node, namespace, on_note=note) as listener,
             self._clock.using(note, listener.buffer.clear),
         ):
-            yield Frames(listener)
+            yield FramePoses(listener.buffer, lambda find: listener.wait_for(lambda _: find()))
 
     @asynccontextmanager
     async def recording(

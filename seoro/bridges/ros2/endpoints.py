@@ -4,38 +4,16 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.clients.members import ReceivedMessage
 from seoro.bridges.ros2.descriptions import decode_message
 from seoro.bridges.ros2.errors import DefinitionMismatch, WrongType
 from seoro.bridges.ros2.graph import RosGraph
 from seoro.bridges.ros2.interfaces import Message, UnknownInterface
 from seoro.bridges.ros2.participant import RosNode
-from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
-from seoro.bridges.ros2.tf.listener import TransformListener
 from seoro.bridges.ros2.topics import Publication, ReceivedPayload, Subscription
 from seoro.bridges.ros2.type_matching import check_type
-from seoro.runtime.contracts import ros2 as contract
-
-
-@dataclass(slots=True)
-class ReceivedMessage:
-    """A received message.
-
-    Args:
-        message: The decoded message.
-        arrived: Time of arrival [s since the epoch].
-    """
-
-    message: Any
-    arrived: float
-
-    @property
-    def members(self) -> Members:
-        """Members of the message."""
-        return Members(self.message)
 
 
 class _UndecodedMessage(NamedTuple):
@@ -140,37 +118,3 @@ class RosPublisher:
         except TimeoutError:
             return False
         return True
-
-
-class Frames:
-    """Frames of a system.
-
-    Args:
-        listener: Listener to their transforms.
-    """
-
-    def __init__(self, listener: TransformListener) -> None:
-        self._listener = listener
-        self._last: dict[tuple[str, str], Stamped] = {}
-
-    async def next_pose(self, frame: str, parent: str) -> contract.FramePose:
-        """Wait for a pose of a frame in another one that differs from the last returned pose."""
-        last = self._last.get((frame, parent))
-
-        def changed(buffer: TransformBuffer) -> Stamped | None:
-            found = buffer.find(frame, parent)
-            return found if found != last else None
-
-        found = await self._listener.wait_for(changed)
-        assert found is not None, "the condition is true"
-        self._last[frame, parent] = found
-        stamp = None if found.stamp is None else found.stamp * 1e-9
-        return contract.FramePose(found.transform.translation, found.transform.rotation, stamp)
-
-    def describe_absence(self, frame: str, parent: str) -> str:
-        """Return why the pose of a frame is unknown; empty if it is known."""
-        try:
-            self._listener.buffer.lookup(frame, parent)
-        except TransformError as error:
-            return str(error)
-        return ""

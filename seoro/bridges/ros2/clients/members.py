@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -51,3 +52,21 @@ def _plain(value: Any) -> Any:
             return [_plain(item) for item in value]
         case _:
             return value
+
+
+@dataclass(slots=True)
+class ReceivedMessage:
+    """A received message.
+
+    Args:
+        message: The decoded message.
+        arrived: Time of arrival [s since the epoch].
+    """
+
+    message: Any
+    arrived: float
+
+    @property
+    def members(self) -> Members:
+        """Members of the message."""
+        return Members(self.message)

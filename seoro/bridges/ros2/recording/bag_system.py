@@ -10,16 +10,16 @@ import asyncio
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, contextmanager
-from dataclasses import dataclass
 from typing import Any, Final
 
-from seoro.bridges.ros2.clients.members import Members
+from seoro.bridges.ros2.clients.members import ReceivedMessage
 from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.interfaces import InvalidPayload, TypeStore
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagMessage
 from seoro.bridges.ros2.recording.reader import Bag
-from seoro.bridges.ros2.tf import Stamped, TransformBuffer, TransformError
+from seoro.bridges.ros2.tf import TransformBuffer
+from seoro.bridges.ros2.tf.poses import FramePoses
 from seoro.bridges.ros2.wire import Durability
 from seoro.concurrency.condition import Condition
 from seoro.errors import BackendLost
@@ -30,19 +30,6 @@ ROBOT: Final = "robot"  # base type of all robots
 TURNS: Final = 5  # of the event loop, for tasks that wait for frames
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
 _SECOND: Final = 1_000_000_000  # [ns]
-
-
-@dataclass(slots=True)
-class _Received:
-    """A message of the bag; see `contracts.ros2.RosMessage`."""
-
-    message: Any
-    arrived: float
-
-    @property
-    def members(self) -> Members:
-        """Members of the message."""
-        return Members(self.message)
 
 
 class BagSubscription:
@@ -61,12 +48,12 @@ class BagSubscription:
         self._unread: deque[BagMessage] = deque()
         self._calls: list[Callable[[], None]] = []
 
-    def receive_nowait(self) -> _Received | None:
+    def receive_nowait(self) -> ReceivedMessage | None:
         """Return the oldest unread message, or None."""
         if not self._unread:
             return None
         message = self._unread.popleft()
-        return _Received(self._types.decode(self._type, message.payload), message.received / _SECOND)
+        return ReceivedMessage(self._types.decode(self._type, message.payload), message.received / _SECOND)
 
     def on_arrival(self, call: Callable[[], None]) -> None:
         """Call a function once a message is available."""
@@ -83,8 +70,8 @@ class BagSubscription:
             call()
 
 
-class BagFrames:
-    """Frames of the bag; see `contracts.ros2.RosFrames`.
+class BagFrames(FramePoses):
+    """Frames of the bag.
 
     Args:
         topics: Topics of transforms, in the namespace of the frames.
@@ -92,36 +79,13 @@ class BagFrames:
 
     def __init__(self, topics: Sequence[str]) -> None:
         self.topics = tuple(topics)
-        self.changes = Condition()
-        self.buffer = TransformBuffer()
-        self._last: dict[tuple[str, str], Stamped] = {}
-
-    async def next_pose(self, frame: str, parent: str) -> contract.FramePose:
-        """Wait for a pose of a frame in another one that differs from the last returned pose."""
-        last = self._last.get((frame, parent))
-
-        def changed() -> Stamped | None:
-            found = self.buffer.find(frame, parent)
-            return found if found != last else None
-
-        found = await self.changes.wait_for(changed)
-        assert found is not None, "the condition is true"
-        self._last[frame, parent] = found
-        stamp = None if found.stamp is None else found.stamp / _SECOND
-        return contract.FramePose(found.transform.translation, found.transform.rotation, stamp)
-
-    def describe_absence(self, frame: str, parent: str) -> str:
-        """Return why the pose of a frame is unknown; empty if it is known."""
-        try:
-            self.buffer.lookup(frame, parent)
-        except TransformError as error:
-            return str(error)
-        return ""
+        self._changes = Condition()
+        super().__init__(TransformBuffer(), self._changes.wait_for)
 
     def put(self, topic: str, message: Any) -> None:
         """Add the transforms of a message."""
         self.buffer.put_message(message, is_static=topic.endswith("tf_static"))
-        self.changes.notify_all()
+        self._changes.notify_all()
 
 
 class BagClock:
