@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from seoro.actions.ros_requests import call, send_goal
+from seoro.actions.ros_requests import call, run_to_success
 from seoro.actions.ros_robots import full_name
 from seoro.actions.ros_support import as_action_failure, log_missing, next_message, system_of
 from seoro.errors import ActionFailed
-from seoro.robotics.goal_results import describe_failure
 from seoro.robotics.moveit_goals import move_group_goal
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import MotionOptions
@@ -55,9 +54,7 @@ async def run_goal(
         ActionFailed: MoveIt rejects the goal, or reports an error.
     """
     type_name = f"moveit_msgs/action/{kind}"
-    result = await send_goal(ctx, action, type_name, goal, success_on_acceptance=success_on_acceptance)
-    if result is not None and (failure := describe_failure(type_name, result)):
-        raise ActionFailed(f"{action}: {failure}")
+    await run_to_success(ctx, action, type_name, goal, success_on_acceptance=success_on_acceptance)
 
 
 async def call_service(

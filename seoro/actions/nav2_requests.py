@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from seoro.actions.ros_requests import call, send_goal, store_member
+from seoro.actions.ros_requests import call, run_to_success, store_member
 from seoro.actions.ros_robots import pose_message
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
-from seoro.robotics.goal_results import describe_failure
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.ros2 import Members
 from seoro.runtime.values.values import Variable
@@ -64,12 +63,7 @@ async def run_goal(
         ActionFailed: The goal failed, also if Nav2 reports that by the result only.
     """
     type_name = f"nav2_msgs/action/{kind}"
-    result = await send_goal(ctx, name, type_name, goal, success_on_acceptance=success_on_acceptance)
-    if result is None:
-        return {}
-    if failure := describe_failure(type_name, result):
-        raise ActionFailed(f"{name}: {failure}")
-    return result
+    return await run_to_success(ctx, name, type_name, goal, success_on_acceptance=success_on_acceptance) or {}
 
 
 async def call_service(ctx: ActionContext, name: str, kind: str, request: Mapping[str, Any]) -> Members:

@@ -75,6 +75,20 @@ async def send_goal(
     return end.result
 
 
+async def run_to_success(
+    ctx: ActionContext, action: str, type_name: str, goal: Members, *, success_on_acceptance: bool = False
+) -> Members | None:
+    """Send a goal as `send_goal` does; a result that states an error is a failure, too.
+
+    Raises:
+        ActionFailed: See `send_goal`; also if Nav2 or MoveIt report a failure by the result only.
+    """
+    result = await send_goal(ctx, action, type_name, goal, success_on_acceptance=success_on_acceptance)
+    if result is not None and (failure := describe_failure(type_name, result)):
+        raise ActionFailed(f"{action}: {failure}")
+    return result
+
+
 async def _wait_for_result(sending: AbstractAsyncContextManager[RosGoal]) -> GoalResult:
     async with sending as goal:
         return await goal.ended()
