@@ -102,7 +102,9 @@ def _add_ros_arguments(parser: argparse.ArgumentParser) -> None:
         repeatable=True,
     )
     add_option(
-        parser, "--no-ros-state", "do not publish the state of the run on /seoro/behaviors and /seoro/markers"
+        parser,
+        "--no-ros-state",
+        "do not publish the state of the run on /seoro/behaviors and /seoro/markers, nor serve /seoro/stop",
     )
 
 

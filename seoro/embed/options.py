@@ -98,7 +98,7 @@ class Ros(Value):
         domain: ROS_DOMAIN_ID of its nodes.
         dialect: `rmw_zenoh` or `ros2dds`; None to detect it, which needs a running node.
         interfaces: Folders with more definitions of messages, services and actions.
-        state: Whether the run publishes its state on topics `/seoro/*`.
+        state: Whether the run publishes its state on topics `/seoro/*`, and serves `/seoro/stop`.
     """
 
     endpoint: str

@@ -23,12 +23,15 @@ from seoro.bridges.ros2.endpoints import RosPublisher, RosSubscription
 from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
 from seoro.bridges.ros2.recording import Playback, Recording, open_bag, play, record
 from seoro.bridges.ros2.state.publishing import publishing_state
+from seoro.bridges.ros2.state.stopping import serving_stop
 from seoro.bridges.ros2.tf.listener import listen
 from seoro.bridges.ros2.tf.poses import FramePoses
 from seoro.bridges.ros2.tracks import RosTracks
 from seoro.bridges.ros2.wire import PRESETS
 from seoro.bridges.session import Outages
+from seoro.bridges.wire.results import LabResult
 from seoro.concurrency.background import background
+from seoro.errors import BackendStopped
 from seoro.runtime.contracts import ros2 as contract
 from seoro.runtime.contracts.backends import WARNING, EventHandler, LossHandler
 from seoro.runtime.contracts.observers import Observer
@@ -68,6 +71,7 @@ class RosBackend:
         self._tasks = tasks
         self._is_alone = is_alone
         self._on_event: EventHandler | None = None  # set at the start of a run
+        self._on_lost: LossHandler | None = None  # set while a run is active
         self._actors: list[str] = []  # robots of the scenario
         self._tracking: CancelScope | None = None
 
@@ -91,8 +95,15 @@ class RosBackend:
         return actor
 
     async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
-        """Keep the handler of warnings: waiting actions notice outages by themselves."""
-        self._on_event = on_event
+        """Keep the handlers of warnings and stops: waiting actions notice outages by themselves."""
+        self._on_event, self._on_lost = on_event, on_lost
+
+    def stop_run(self, reason: str) -> bool:
+        """Begin to cancel the run; returns whether one is active."""
+        if self._on_lost is None:
+            return False
+        self._on_lost(BackendStopped(reason, LabResult.STOPPED))
+        return True
 
     async def start_tracks(self, rate: float, report: TrackReporter, scans: float = 0.0) -> None:
         """See `Tracks`. Beside simulators and bridges, which have the robots, nothing is reported."""
@@ -111,6 +122,7 @@ class RosBackend:
 
     async def end_run(self) -> None:
         """Report no more poses; actions end everything that they started."""
+        self._on_lost = None
         if self._tracking is not None:
             self._tracking.cancel()
 
@@ -248,7 +260,7 @@ async def open_backend(
     Args:
         options: Options of the connection.
         is_alone: Whether no other backend has the robots of the run, so that this one reports their poses.
-        has_state: Whether the state of the run is published.
+        has_state: Whether the state of the run is published, and other nodes can stop it.
     """
     async with (
         connect_system(options) as system,
@@ -260,4 +272,7 @@ async def open_backend(
         async with AsyncExitStack() as opened:
             observers = [await opened.enter_async_context(publishing_state(node))] if has_state else []
             name = f"the ROS 2 system at {options.endpoint}"
-            yield RosBackend(node, name, tasks, outages, is_alone=is_alone, observers=observers)
+            backend = RosBackend(node, name, tasks, outages, is_alone=is_alone, observers=observers)
+            if has_state:
+                await opened.enter_async_context(serving_stop(node, backend.stop_run))
+            yield backend

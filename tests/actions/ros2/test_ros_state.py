@@ -9,8 +9,10 @@ import pytest
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.state.publishing import BEHAVIORS, MARKERS
+from seoro.bridges.ros2.state.stopping import STOP, TRIGGER
 from seoro.bridges.ros2.wire import Durability, Qos, RmwZenoh
 from seoro.embed import prepare
+from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import options
 from tests.runtime.conftest import load_text
 
@@ -65,5 +67,40 @@ async def test_runs_may_keep_their_state(router: str, tmp_path: Path, state: boo
     ):
         with anyio.fail_after(60.0):
             await system.graph.wait_for(lambda graph: any("seoro" in node for node in map(str, graph.nodes())))
-        assert bool(system.graph.publishers(BEHAVIORS)) is state
+        assert bool(system.graph.publishers(BEHAVIORS)) is bool(system.graph.servers(STOP)) is state
         run.stop("seen")
+
+
+STOPPED = """
+import osc.helpers
+
+scenario main:
+    do parallel:
+        topic_publish("/velocity", "geometry_msgs/msg/Twist", "{linear: {x: 0.2}}")
+        wait elapsed(600s)
+"""
+
+
+async def test_other_nodes_stop_a_run(router: str, tmp_path: Path) -> None:
+    scenario = load_text(tmp_path, "import osc.ros\n" + STOPPED, ())
+    with anyio.fail_after(60.0):
+        async with (
+            connect(router, types=TypeStore.bundled(), dialect=RmwZenoh()) as system,
+            system.node("operator") as operator,
+            operator.calling(STOP, TRIGGER) as stop,
+            prepare(scenario, options(router)) as run,
+        ):
+            await stop.wait_for_server()
+            early = await stop.call({})
+            assert (early.success, early.message.partition(":")[0]) == (False, "no run is active")
+            async with run.running():
+                async for record in run.trace():
+                    if record["kind"] == "behavior.start" and record["type"] == "wait":
+                        break
+                assert (await stop.call({})).success
+                verdict = await run.result()
+                kinds = [record["kind"] async for record in run.trace()]
+            assert (verdict.status, verdict.reason) == (RunStatus.CANCELLED, "stopped by the service /seoro/stop")
+            assert kinds[-1] == "run.end"
+            assert kinds.count("behavior.end") == kinds.count("behavior.start") == 4
+            assert not (await stop.call({})).success

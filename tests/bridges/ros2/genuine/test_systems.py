@@ -10,12 +10,16 @@ from typing import Any
 import anyio
 import pytest
 
+import seoro
 from seoro.bridges.ros2.clients.lifecycle import GONE, watching_lifecycle
 from seoro.bridges.ros2.interfaces.messages import plain
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.state.publishing import BEHAVIORS
+from seoro.bridges.ros2.state.stopping import STOP, TRIGGER
 from seoro.bridges.ros2.tf.listener import listen
 from seoro.bridges.ros2.wire import RmwZenoh
+from seoro.embed import prepare
+from seoro.embed.options import Options, Ros
 from tests.bridges.ros2.genuine.conftest import DEADLINE, Ros2, running
 from tests.bridges.ros2.genuine.steering import own_node, steered
 
@@ -151,3 +155,28 @@ async def test_genuine_nodes_see_the_state_of_a_run(ros2: Ros2, router: str, tmp
             message = (await genuine.event("message", topic=BEHAVIORS))["message"]
             seen = {each["name"]: each["message"] for each in message["status"]}
         assert seen["seoro"] == "running"
+
+
+async def test_genuine_nodes_stop_all_runs_of_a_system(ros2: Ros2, router: str, tmp_path: Path) -> None:
+    file = tmp_path / "waits.osc"
+    file.write_text("import osc.helpers\nscenario waits:\n    do wait elapsed(600s)\n")
+    scenario, options = seoro.load(file), Options(ros=Ros(router, dialect="rmw_zenoh"))
+    async with (
+        steered(ros2, router) as genuine,
+        own_node(router) as own,
+        prepare(scenario, options) as first,
+        prepare(scenario, options) as second,
+        first.running(),
+        second.running(),
+    ):
+        with anyio.fail_after(DEADLINE):
+            await own.graph.wait_for(lambda graph: len(graph.servers(STOP)) == 2)
+            for run in (first, second):
+                async for record in run.trace():
+                    if record["kind"] == "behavior.start" and record["type"] == "wait":
+                        break
+            [answer] = await genuine.ask("call", service=STOP, type=TRIGGER, requests=[{}])
+            assert answer == {"success": True, "message": "the run stops its robots and cleans up"}
+            for run in (first, second):
+                verdict = await run.result()
+                assert (verdict.status.value, verdict.reason) == ("cancelled", f"stopped by the service {STOP}")
