@@ -7,7 +7,13 @@ from types import ModuleType
 
 from seoro.bindings.bound_functions import BoundFunctions
 from seoro.bindings.externals import bind_externals
-from seoro.bindings.implementations import bind_implementations, field_types, find_implementations, traits_of
+from seoro.bindings.implementations import (
+    bind_implementations,
+    field_types,
+    find_implementations,
+    traits_of,
+    unimplemented,
+)
 from seoro.lang.check.body_cache import BodyMessages
 from seoro.lang.check.checker import Checked, in_order
 from seoro.lang.diagnostic import Bag
@@ -49,9 +55,19 @@ def bind_sources(
     if not sources.diagnostics:  # otherwise declarations are missing
         fitting = Fitting(_shapes(checked.program))
         functions = bind_implementations(checked, found, fitting, bag)
+        if not is_own_only:
+            _bind_plugins(checked, functions, bag)
         bind_externals(checked, fitting, is_own_only, bag)
     diagnostics = in_order(sources, (*checked.diagnostics, *bag.diagnostics))
     return replaced(checked, diagnostics=diagnostics), functions
+
+
+def _bind_plugins(checked: Checked, functions: BoundFunctions, bag: Bag) -> None:
+    missing = unimplemented(checked, functions)
+    if missing:
+        from seoro.bindings.plugins.find import bind_plugins  # noqa: PLC0415 - few scenarios need them
+
+        bind_plugins(missing, checked.program, functions, bag)
 
 
 def _shapes(program: Program) -> Callable[[str], Mapping[str, ValueType]]:

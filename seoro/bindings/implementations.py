@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Final
 
 from seoro.bindings.bound_functions import BoundFunctions
 from seoro.bindings.imports import ImportFailed, function_name, library_module
@@ -24,6 +24,7 @@ from seoro.lang.plan import ValueType
 from seoro.lang.program import Program
 from seoro.lang.symbols import Kind, TypeSymbol
 from seoro.lang.traits import ParameterTrait
+from seoro.lang.tree import find
 from seoro.runtime.functions.actions import ACTION_MARK, Mark, bind
 from seoro.runtime.functions.fitting import Fitting
 from seoro.runtime.functions.modifiers import MODIFIER_MARK, ModifierMark, bind_modifier
@@ -186,3 +187,41 @@ def _match(
         bound.actions[made.mark.name] = bind(declaration, made.mark, made.function, fitting)
     else:
         bound.modifiers[made.mark.name] = bind_modifier(declaration, made.function, fitting)
+
+
+# ---------------------------------------------------------------- actions without a function
+
+DECLARING_LIBRARIES: Final = frozenset({"osc.docker", "osc.kubernetes", "osc.pybullet", "osc.x11"})
+"""Libraries of seoro that declare actions, which only installed packages implement."""
+
+
+def unimplemented(checked: Checked, bound: BoundFunctions) -> list[TypeSymbol]:
+    """Return the invoked actions without a `do` and without a function that installed packages may implement.
+
+    Args:
+        checked: Scenario with its libraries.
+        bound: Functions of the scenario.
+    """
+    sources = checked.sources
+    foreign = {library.name for library in sources.libraries if library.origin is not Origin.OWN}
+    wrong = {message.primary.span.file for message in checked.errors}  # types may be unknown there
+    missing = [
+        symbol
+        for symbol in checked.program.behaviors.values()
+        if symbol.kind is Kind.ACTION
+        and symbol.do is None
+        and symbol.plan_name not in bound.actions
+        and (symbol.home.library in (None, *DECLARING_LIBRARIES) or symbol.home.library in foreign)
+        and symbol.span.file not in wrong
+    ]
+    if not missing:
+        return []
+    trees = [module.tree for module in sources.modules if module.library is None or module.library in foreign]
+    invoked = {name for tree in trees for name in _invoked(tree)}
+    return [symbol for symbol in missing if symbol.plan_name.rpartition(".")[2] in invoked]
+
+
+def _invoked(tree: ast.OscFile) -> Iterator[str]:
+    """Yield the names of the behaviors that a file invokes, without actors."""
+    for node in find(tree, ast.BehaviorInvocation):
+        yield node.invocation.span.text.partition("(")[0].replace("::", ".").rpartition(".")[2].strip()

@@ -52,10 +52,10 @@ class Root(Value):
 
 
 def root_of(library: Library) -> Root | None:
-    """Return the folder of the module of a library; None for seoro's own libraries."""
+    """Return the folder of the module of a library; None for seoro's own libraries and plugins."""
     folder = library.path.parent
     match library.origin:
-        case Origin.OWN:
+        case Origin.OWN | Origin.PLUGIN:
             return None
         case Origin.BESIDE:
             return root_of_folder(folder_around(library.path) or folder)
@@ -84,6 +84,8 @@ def library_module(library: Library) -> ModuleType | None:
     Raises:
         ImportFailed: The import failed.
     """
+    if library.origin is Origin.PLUGIN:
+        return None
     bare = library.name.removeprefix("osc.")
     root = root_of(library)
     if root is None:

@@ -217,6 +217,8 @@ def _content(scenario: Scenario, entry: Entry, plan: Plan) -> bytes:
         OSError, ValueError, AttributeError, PlanDataError: The plan cannot be cached.
     """
     files, functions = scenario.files, scenario.functions
+    if not plan.actions.keys() <= functions.actions.keys():
+        raise ValueError("an action has no implementation")
     texts = [(file.name, str(file.path), str(resolved(Path(str(file.path)))), file.sha256) for file in files]
     head = _makers(), texts, sorted(scenario.scenario_lines), (entry.name, entry.line)
     actions = {name: _described(functions.actions[name]) for name in plan.actions}

@@ -5,7 +5,8 @@ The search order is:
 - built-in libraries, in `library/`;
 - the folder `seoro.libraries` beside the scenario file: `name.osc`, or `name/name.osc`;
 - installed packages: the entry-point group `seoro.libraries` has `name = "package.module"`, and `name.osc` is in
-  the folder of that module.
+  the folder of that module;
+- installed packages for scenario_execution (`plugin_libraries.py`).
 
 The search runs no code of a library.
 """
@@ -14,18 +15,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum
-from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lang.diagnostics import imports
 from seoro.lang.frozen import Value
+from seoro.lang.python_modules import module_path
 from seoro.lang.source import SourceFile, Span
 
 if TYPE_CHECKING:
-    from importlib.machinery import ModuleSpec
-
     from seoro.lang.diagnostic import Diagnostic
 
 Report: TypeAlias = "Callable[[Diagnostic], None]"
@@ -40,6 +39,7 @@ class Origin(Enum):
     OWN = "seoro itself"
     BESIDE = "the folder beside the scenario"
     INSTALLED = "an installed package"
+    PLUGIN = "an installed package for scenario_execution"
 
 
 class Library(Value):
@@ -51,7 +51,7 @@ class Library(Value):
         path: The file with its declarations.
         shown: Name of that file in messages.
         module: The Python module that may implement it: its name in `FOLDER`, or that of the entry point; empty
-            for built-in libraries.
+            for built-in libraries and plugins.
         span: The first import.
     """
 
@@ -148,39 +148,45 @@ def _installed(name: str, bare: str, span: Span, entry: SourceFile, report: Repo
     points = entry_points(group=ENTRY_POINTS)
     modules = sorted({point.module for point in points if point.name == bare}) if bare != name else []
     if not modules:
-        report(imports.unknown_module(span, name, tuple(sorted(library_files(entry.path)))))
-        return None
+        return _plugin(name, bare, span, entry, report)
     if len(modules) > 1:
         report(imports.ambiguous_library(span, name, tuple(modules)))
         return None
-    origin = _locate(modules[0])
+    origin = module_path(modules[0])
     if origin is None:
         report(imports.missing_module(span, name, modules[0]))
         return None
     return Library(name, Origin.INSTALLED, origin.parent / f"{bare}.osc", f"<{name}>", modules[0], span)
 
 
+def _plugin(name: str, bare: str, span: Span, entry: SourceFile, report: Report) -> Library | None:
+    """Find a library of a package for scenario_execution."""
+    from seoro.lang.plugin_libraries import plugin_libraries, unbuilt_library  # noqa: PLC0415 - seldom needed
+
+    found = {value: path for _, value, path in plugin_libraries(bare)} if bare != name else {}
+    if not found:
+        folder = unbuilt_library(bare, entry.path) if bare != name else None
+        known = tuple(sorted(library_files(entry.path)))
+        report(imports.unknown_module(span, name, known, str(folder) if folder is not None else ""))
+        return None
+    if len(found) > 1:
+        report(imports.ambiguous_library(span, name, tuple(found)))
+        return None
+    [(value, path)] = found.items()
+    if path is None:
+        report(imports.missing_plugin_file(span, name, value))
+        return None
+    return Library(name, Origin.PLUGIN, path, f"<{name}>", "", span)
+
+
 def _installed_files() -> dict[str, Path]:
     """Return the files of all libraries of installed packages."""
     from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and seldom needed
 
-    found = ((point.name, _locate(point.module)) for point in entry_points(group=ENTRY_POINTS))
-    return {f"osc.{name}": origin.parent / f"{name}.osc" for name, origin in found if origin is not None}
+    from seoro.lang.plugin_libraries import plugin_libraries  # noqa: PLC0415 - seldom needed
 
-
-def _locate(module: str) -> Path | None:
-    """Find the file of a Python module, without running it or its packages."""
-    from importlib.util import find_spec  # noqa: PLC0415 - seldom needed
-
-    top, *rest = module.split(".")
-    try:
-        spec: ModuleSpec | None = find_spec(top)
-    except (ImportError, ValueError):
-        return None
-    name = top
-    for part in rest:
-        if spec is None or spec.submodule_search_locations is None:
-            return None
-        name = f"{name}.{part}"
-        spec = PathFinder.find_spec(name, spec.submodule_search_locations)
-    return Path(spec.origin) if spec is not None and spec.has_location and spec.origin is not None else None
+    found = ((point.name, module_path(point.module)) for point in entry_points(group=ENTRY_POINTS))
+    return {
+        **{f"osc.{name}": path for name, _, path in plugin_libraries() if path is not None},
+        **{f"osc.{name}": origin.parent / f"{name}.osc" for name, origin in found if origin is not None},
+    }

@@ -7,8 +7,11 @@ from seoro.lang.diagnostics import listing, near
 from seoro.lang.source import Span
 
 
-def unknown_module(span: Span, name: str, candidates: tuple[str, ...]) -> Diagnostic:
-    """An imported module that no library and no installed package provides."""
+def unknown_module(span: Span, name: str, candidates: tuple[str, ...], folder: str = "") -> Diagnostic:
+    """An imported module that no library and no installed package provides; `folder` has it as source."""
+    if folder:
+        hint = f"`{folder}` has it for scenario_execution: install it beside seoro, with `pip install {folder}`"
+        return error("E0201", span, f"library `{name}` not found", hint)
     hint = 'import a file by its name in quotes: `import "other.osc"`'
     if name.startswith("osc.") and candidates:
         hint = (
@@ -45,3 +48,9 @@ def missing_module(span: Span, name: str, module: str) -> Diagnostic:
     """A library of an installed package whose Python module is missing."""
     hint = "the entry point of its package names that module: correct it, or install the package again"
     return error("E0206", span, f"Python module `{module}` of the library `{name}` not found", hint)
+
+
+def missing_plugin_file(span: Span, name: str, entry: str) -> Diagnostic:
+    """A library of a package for scenario_execution whose file is missing."""
+    hint = "the file must be in the folder `lib_osc` of the package that the function returns: install it again"
+    return error("E0206", span, f"no file of the library `{name}` at its entry point `{entry}`", hint)

@@ -111,6 +111,11 @@ class ActionContext:
         """Resolve a path in the scenario: relative to the scenario file, or absolute."""
         return self._context.services.run.resolve_path(name)
 
+    @property
+    def output_folder(self) -> Path | None:
+        """Output folder of the run, or None."""
+        return self._context.services.run.output_directory
+
     def write_output(self, name: str, data: bytes, description: str) -> Path | None:
         """Write a file into the output folder of the run, and list it with the results.
 
@@ -125,7 +130,7 @@ class ActionContext:
         Raises:
             ActionFailed: The name is invalid, or the file cannot be written.
         """
-        folder = self._context.services.run.output_directory
+        folder = self.output_folder
         return self.shared(Outputs).write(folder, name, data, description) if folder is not None else None
 
     def reserve_output(self, name: str, description: str) -> Path:
@@ -138,7 +143,7 @@ class ActionContext:
         Raises:
             ActionFailed: The name is invalid, or the run has no output folder.
         """
-        folder = self._context.services.run.output_directory
+        folder = self.output_folder
         if folder is None:
             raise ActionFailed(f"no output folder for {description}; choose one with `-o`")
         return self.shared(Outputs).reserve(folder, name, description)

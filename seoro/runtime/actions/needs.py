@@ -120,11 +120,13 @@ def check_implementations(
     """
     for name, action in plan.actions.items():
         if name not in actions:
+            from seoro.runtime.actions.substitutes import substitute  # noqa: PLC0415 - for this message only
+
             invoked = (each.span for each in plan.action_invocations() if each.action == name)
             raise UsageError(
                 f"the action `{name}` has no implementation",
                 next(invoked, action.span),
-                f"the library `{action.library}` only declares it" if action.library else
+                substitute(name, action.library) if action.library else
                 "implement it in Python, with `@seoro.action`, in a library",
             )  # fmt: skip
     for name, modifier in plan.modifiers.items():
