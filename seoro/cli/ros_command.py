@@ -11,9 +11,12 @@ from seoro.bridges.addresses import BRIDGE, ROS_ROUTER
 from seoro.cli.arguments import Commands, add_command, add_dialect, add_option, domain, pattern, positive, seconds
 from seoro.cli.exit_status import Exit
 from seoro.cli.packages import ROS2, require
+from seoro.cli.remote_arguments import add_on_arguments
+from seoro.cli.run_arguments import add_lease_arguments, add_run_arguments
 from seoro.cli.signals import Terminated, cancel_on_signals, status_of
 from seoro.errors import UsageError
 
+RUNS_NODE = "/seoro_executor"
 PRESETS = (
     "sensor_data",
     "system_default",
@@ -24,7 +27,8 @@ PRESETS = (
     "parameter_events",
 )
 
-ENDLESS = ("topics.echo", "topics.measure_rate", "topics.publish", "bags.record_topics")  # end by a signal
+SERVE = "serve.serve"
+ENDLESS = (SERVE, "topics.echo", "topics.measure_rate", "topics.publish", "bags.record_topics")  # end by a signal
 
 EXAMPLES = """examples:
   seoro ros graph
@@ -38,12 +42,13 @@ EXAMPLES = """examples:
   seoro ros param set /amcl max_particles 3000
   seoro ros bag record /scan /odom /tf /tf_static -o out/drive
   seoro ros bag play out/drive --topic /scan --rate 2
+  seoro ros serve scenarios/ --on lab-a
 
 `seoro ros topic --help` and `seoro ros topic echo --help` list the subcommands and options.
 
 exit status: 0 success, 1 goal rejected, aborted or canceled, 2 invalid arguments or unknown name, 3 system
 unreachable or no answer, 130 (Ctrl-C), 143 (SIGTERM) or 129 (SIGHUP) if a signal ended a command that ends by
-itself. A signal cancels a sent goal and completes a recorded bag."""
+itself. A signal cancels a sent goal, completes a recorded bag, and stops served runs."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     kinds = parser.add_subparsers(title="subcommands", metavar="SUBCOMMAND", required=True)
     _add_graph(_leaf(kinds, "graph", "list nodes, topics, services and actions", "graph.show"))
     _add_adopt(_leaf(kinds, "adopt", "write a lab file and profiles for the robots of the system", "adopt.adopt"))
+    _add_serve(kinds)
     _add_topics(_branch(kinds, "topic", "list, echo, measure and publish topics"))
     _add_services(_branch(kinds, "service", "list and call services"))
     _add_actions(_branch(kinds, "action", "list actions and send goals"))
@@ -115,6 +121,19 @@ def _add_adopt(parser: argparse.ArgumentParser) -> None:
     )
     add_option(parser, "--force", "overwrite files")
     add_option(parser, "--yes", "ask nothing: write defaults for missing values, marked with CHECK")
+
+
+def _add_serve(kinds: Commands) -> None:
+    """Declare the command that serves runs; its runs have the options of `seoro exec`."""
+    parser = add_command(
+        kinds, "serve", "let nodes of the system start and stop scenarios of folders on an executor"
+    )
+    parser.add_argument("folders", metavar="DIR", nargs="+", type=Path, help="folder of scenario files (.osc)")
+    add_option(parser, "--node NAME", f"name of the node (default: {RUNS_NODE})", default=RUNS_NODE)
+    add_run_arguments(parser)
+    add_on_arguments(parser)
+    add_lease_arguments(parser)
+    parser.set_defaults(act=SERVE, domain=0, ros=ROS_ROUTER)
 
 
 def _add_list(kinds: Commands, listed: str) -> None:

@@ -1,0 +1,1 @@
+"""Runs that other nodes start and stop by services of ROS 2."""
