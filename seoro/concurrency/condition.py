@@ -10,10 +10,20 @@ T = TypeVar("T")
 
 
 class Condition:
-    """Notification of changes to waiting tasks of one event loop. Notifying is cheap if no task waits."""
+    """Notification of changes to waiting tasks of one event loop. Notifying is cheap if no task waits.
 
-    def __init__(self) -> None:
+    Args:
+        on_wait: Called when the first task begins to wait for the next change.
+    """
+
+    def __init__(self, on_wait: Callable[[], None] = lambda: None) -> None:
         self._next: asyncio.Event | None = None  # made by the first waiting task
+        self._on_wait = on_wait
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether a task has begun to wait since the last change."""
+        return self._next is not None
 
     def notify_all(self) -> None:
         """Wake all waiting tasks."""
@@ -25,6 +35,7 @@ class Condition:
         """Wait for the next change."""
         if self._next is None:
             self._next = asyncio.Event()
+            self._on_wait()
         await self._next.wait()
 
     async def wait_for(self, condition: Callable[[], T], timeout: float | None = None) -> T:

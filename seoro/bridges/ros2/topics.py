@@ -114,6 +114,11 @@ class Subscription:
         self._editions: dict[str, TypeStore] = {}
 
     @property
+    def unread(self) -> int:
+        """Number of messages that wait to be received."""
+        return len(self._waiting)
+
+    @property
     def lost(self) -> int:
         """Number of messages that arrived and were dropped from the full queue."""
         return self._waiting.dropped

@@ -2,7 +2,8 @@
 
 A mailbox is bounded: a slow reader must neither exhaust the memory nor block Zenoh's callbacks, which would delay
 everything on the same link. Messages beyond the bound are dropped by its policy (`Bound`) and counted. The loop is
-woken once for all messages that arrived before it runs, since a wake-up costs more than a message.
+woken only for a waiting reader, and once for all messages that arrived before it runs, since a wake-up costs more
+than a message.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class Mailbox(Generic[T]):
                 self.dropped += 1
             self._waiting.append((message, size))
             self._size += size
-            if self._waking:
+            if self._waking or not self._calls:
                 return True
             self._waking = True
         with suppress(RuntimeError):  # the loop may be closed at the end of the process
@@ -125,10 +126,11 @@ class Mailbox(Generic[T]):
 
         A callback needs fewer turns of the loop than a waiting task.
         """
-        if self._waiting or self._closed:
-            self._loop.call_soon(call)
-        else:
-            self._calls[call] = None
+        with self._lock:  # a message that arrives meanwhile is seen here, or sees the callback
+            if not self._waiting and not self._closed:
+                self._calls[call] = None
+                return
+        self._loop.call_soon(call)
 
     def get_nowait(self) -> T | None:
         """Return the oldest message, or None if the mailbox is empty."""

@@ -20,7 +20,7 @@ from seoro.bridges.wire.event_log import AwaitEvents, LoggedEvents
 from seoro.bridges.wire.message import Empty, Message, Query, Verb
 from seoro.bridges.wire.simulator import RobotInfo
 
-HOLD_WAIT = 0.05  # [s] wait of a client for events; its next request is the heartbeat
+HOLD_WAIT = 0.1  # [s] wait of a client for events; its next request is the heartbeat
 MAX_SENDER = 200  # [bytes]
 QUEUE_PATIENCE = 3.0  # [s] until a queue entry without requests expires
 HOLD_PATIENCE = 3.0  # [s] until a client stops reconnecting; its robots are stopped meanwhile

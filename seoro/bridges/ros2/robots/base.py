@@ -25,7 +25,6 @@ from seoro.bridges.wire.refusal import (
     check_positive,
     name_list,
 )
-from seoro.concurrency.condition import Condition
 
 ODOMETRY_FRAME = "odom"
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -48,7 +47,6 @@ class DrivingBase:
         self.localisation = Localisation(link, base)
         self._odometry: Message | None = None
         self._travelled = 0.0  # [m]
-        self._moved = Condition()
         self._was_driven = False  # by this bridge
 
     @property
@@ -90,7 +88,6 @@ class DrivingBase:
             step = math.dist((now.x, now.y), (before.x, before.y))
             self._travelled += step if step < MAX_STEP else 0.0
         self._odometry = message
-        self._moved.notify_all()
 
     async def _get_localization(self, _request: wire.RobotName) -> wire.Localization:
         """Return the estimate, or a pose by the frames of localisations that publish no pose, or by odometry."""
@@ -147,7 +144,7 @@ class DrivingBase:
         check_positive("threshold", request.threshold)
         frames, wanted = self._link.frames, {request.frame, request.parent_frame}
         with anyio.move_on_after(FRAME_TIMEOUT):
-            await frames.changes.wait_for(lambda: wanted <= frames.names)
+            await self._link.intake.arrivals.wait_for(lambda: wanted <= frames.names)
         missing = wanted - frames.names
         if missing:
             raise RequestRefused(
@@ -163,13 +160,13 @@ class DrivingBase:
             distance = frames.distance(request.frame, request.parent_frame, point.x, point.y)
             return distance <= request.threshold
 
-        await frames.changes.wait_for(is_near)
+        await self._link.intake.arrivals.wait_for(is_near)
         return ""
 
     async def _watch_distance(self, request: wire.WatchDistance) -> None:
         check_positive("distance", request.distance)
         with anyio.move_on_after(DISCOVERY_TIMEOUT):
-            await self._moved.wait_for(lambda: self._odometry is not None)
+            await self._link.intake.arrivals.wait_for(lambda: self._odometry is not None)
         if self._odometry is None:
             topic = self._link.node.resolve(self._base.odometry)
             reason = self._link.explain_silence(topic)
@@ -177,7 +174,7 @@ class DrivingBase:
         target = self._travelled + request.distance
 
         async def travel() -> str:
-            await self._moved.wait_for(lambda: self._travelled >= target)
+            await self._link.intake.arrivals.wait_for(lambda: self._travelled >= target)
             return ""
 
         self._link.work.start(request.id, travel)

@@ -66,7 +66,9 @@ async def _wait_for_messages(link: RobotLink, needs: Sequence[Need]) -> None:
     """Wait until all streams have a recent message, or for a while."""
     streams = [link.node.resolve(need.name) for need in needs if need.is_stream]
     with anyio.move_on_after(MESSAGE_TIMEOUT):
-        await link.arrivals.wait_for(lambda: not any(link.is_silent(topic, MESSAGE_TIMEOUT) for topic in streams))
+        await link.intake.arrivals.wait_for(
+            lambda: not any(link.is_silent(topic, MESSAGE_TIMEOUT) for topic in streams)
+        )
 
 
 def _found(link: RobotLink, need: Need) -> tuple[Endpoint, ...]:

@@ -9,22 +9,16 @@ from seoro.bridges.ros2 import geometry
 from seoro.bridges.ros2.interfaces import Message
 from seoro.bridges.ros2.tf import TransformBuffer
 from seoro.bridges.wire import Pose3D, Position3D
-from seoro.concurrency.condition import Condition
 from seoro.robotics.geometry import Quaternion
 
 log = logging.getLogger(__name__)
 
 
 class Frames:
-    """Frames of a robot.
-
-    Attributes:
-        changes: Notified of each change.
-    """
+    """Frames of a robot."""
 
     def __init__(self) -> None:
         self._buffer = TransformBuffer(on_note=log.warning)
-        self.changes = Condition()
 
     @property
     def names(self) -> frozenset[str]:
@@ -34,12 +28,10 @@ class Frames:
     def put(self, message: Message, *, is_static: bool = False) -> None:
         """Add the transforms of a `tf2_msgs/TFMessage`."""
         self._buffer.put_message(message, is_static=is_static)
-        self.changes.notify_all()
 
     def forget(self) -> None:
         """Forget all transforms but the static ones."""
         self._buffer.clear()
-        self.changes.notify_all()
 
     def pose(self, frame: str, parent: str) -> Pose3D | None:
         """Return the pose of a frame in another one; None if it is unknown."""

@@ -39,7 +39,7 @@ from seoro.concurrency.background import background
 from seoro.errors import SeoroError
 from seoro.text.printable import log_to_stderr
 
-PERIOD: Final = 0.05  # [s] between two heartbeats
+PERIOD: Final = 0.1  # [s] between two heartbeats
 HEARTBEAT: Final = b"."
 PENDING: Final = b"?"  # heartbeat of a bridge with unanswered goals
 ALARM: Final = 0x80  # bit of the alarms: a robot has a pending emergency stop

@@ -20,12 +20,16 @@ class Standstills:
 
     Commands from before a standstill must not move a robot afterwards. So each command keeps the number of
     standstills at its start, and holds while that number is unchanged.
+
+    Attributes:
+        on_standstill: Called from any thread after each standstill.
     """
 
     def __init__(self) -> None:
         self._number = 0
         self._last: float | None = None  # last heartbeat, by the machine's clock [s]; None without a guard
         self._lock = threading.Lock()
+        self.on_standstill: Callable[[], object] = lambda: None
 
     @property
     def number(self) -> int:
@@ -39,6 +43,7 @@ class Standstills:
         if self._last is not None and now - self._last > SILENCE:
             self._number += 1
             self._last = now
+            self.on_standstill()
 
     def note_heartbeat(self) -> None:
         """Note that a heartbeat is sent now."""

@@ -54,7 +54,7 @@ class Heartbeats:
         """Note that the event loop is running, without end."""
         while True:
             self._last_turn = time.monotonic()
-            await anyio.sleep(PERIOD)
+            await anyio.sleep(PATIENCE / 4)
 
     def end(self) -> None:
         """Announce a regular end, and send no more heartbeats."""

@@ -15,7 +15,6 @@ from seoro.bridges.ros2.robots.link import DISCOVERY_TIMEOUT, RobotLink
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_finite, check_positive, name_list
-from seoro.concurrency.condition import Condition
 
 JOINT_STATES = "sensor_msgs/msg/JointState"
 MAX_JOINTS = 1000
@@ -47,7 +46,6 @@ class Joints:
         self._topic = topic
         self._names = tuple(names)
         self._states: dict[str, _Joint] = {}
-        self._changes = Condition()
 
     @property
     def handlers(self) -> Handlers:
@@ -61,7 +59,6 @@ class Joints:
     def _forget(self) -> None:
         """Forget all states: their publisher has disappeared, and may restart."""
         self._states.clear()
-        self._changes.notify_all()
 
     def _on_states(self, message: Message) -> None:
         columns = {column: getattr(message, column) for column in ("position", "velocity", "effort")}
@@ -71,7 +68,6 @@ class Joints:
                 changes = {column: float(values[index]) for column, values in valid.items()}
                 # Joints that a message leaves out keep their states.
                 self._states[name] = replace(self._states.get(name, _Joint()), **changes)
-        self._changes.notify_all()
 
     async def position(self, joint: str) -> float:
         """Return the position of a joint [rad, m]; wait a while for a message.
@@ -84,7 +80,7 @@ class Joints:
     async def _state(self, joint: str) -> _Joint:
         """Return the state of a joint with a known position; wait a while for a message."""
         with anyio.move_on_after(DISCOVERY_TIMEOUT):
-            await self._changes.wait_for(lambda: self._has_position(joint))
+            await self._link.intake.arrivals.wait_for(lambda: self._has_position(joint))
         if self._has_position(joint):
             return self._states[joint]
         raise RequestRefused(Result.NOT_FOUND, self._explain_unknown(joint))
@@ -126,5 +122,5 @@ class Joints:
             side = side or math.copysign(1.0, difference)
             return abs(difference) <= request.tolerance or math.copysign(1.0, difference) != side
 
-        await self._changes.wait_for(is_reached)
+        await self._link.intake.arrivals.wait_for(is_reached)
         return ""

@@ -7,6 +7,7 @@ import time
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from anyio.abc import TaskGroup
@@ -18,6 +19,7 @@ from seoro.bridges.ros2.interfaces import InvalidPayload, Message
 from seoro.bridges.ros2.participant import RosNode
 from seoro.bridges.ros2.robots.frames import Frames
 from seoro.bridges.ros2.robots.guard_state import GuardState
+from seoro.bridges.ros2.robots.intake import Intake
 from seoro.bridges.ros2.topics import Publication, ReceivedPayload, Subscription
 from seoro.bridges.ros2.wire import Qos, Reliability
 from seoro.bridges.serving.event_log import EventLog
@@ -25,10 +27,9 @@ from seoro.bridges.serving.work import Work
 from seoro.bridges.session import Bound
 from seoro.bridges.wire import Result, TopicState
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.concurrency.condition import Condition
 
 SENSED = Qos(reliability=Reliability.BEST_EFFORT, depth=5)
-WAITING = Bound(100)  # queue of a topic
+WAITING = Bound(1000)  # queue of a topic, which is read every 50 ms
 DISCOVERY_TIMEOUT = 5.0  # [s] for endpoints and messages that a request needs
 ANSWER_TIMEOUT = 5.0  # [s] for the response of a service
 SECOND = 1e9  # [ns]
@@ -45,14 +46,14 @@ class Link:
         stack: Stack that is closed when the bridge ends.
         tasks: Task group of the subscriptions.
         state: State that the bridge shares with its guard.
-        arrivals: Notified of each message.
+        intake: Messages of the subscribed topics.
     """
 
     node: RosNode
     stack: AsyncExitStack
     tasks: TaskGroup
     state: GuardState = field(default_factory=GuardState)
-    arrivals: Condition = field(default_factory=Condition, repr=False)
+    intake: Intake = field(default_factory=Intake, repr=False)
     _statuses: dict[str, _TopicStatus] = field(default_factory=dict, repr=False)
 
     async def listen(
@@ -76,28 +77,32 @@ class Link:
             self.node.subscribing(topic, type_name, qos, WAITING, is_checked=False)
         )
         status = self._statuses[subscription.topic] = _TopicStatus(subscription.type, qos)
-        self.tasks.start_soon(self._forward_messages, subscription, take, status)
+        if len(self._statuses) == 1:
+            self.tasks.start_soon(self.intake.run)
+        self.intake.add(subscription, partial(self._take, subscription, take, status))
         self.tasks.start_soon(self._warn_of_type, subscription.topic, status.type)
         if forget is not None:
             self.tasks.start_soon(self._watch_end, subscription.topic, forget)
 
-    async def _forward_messages(
-        self, subscription: Subscription, take: Callable[[Message], None], status: _TopicStatus
+    def _take(
+        self,
+        subscription: Subscription,
+        take: Callable[[Message], None],
+        status: _TopicStatus,
+        received: ReceivedPayload,
     ) -> None:
-        """Forward messages. Log undecodable messages once per kind."""
-        async for received in subscription:
-            status.note_arrival(received)
-            try:
-                message = subscription.decode(received)
-                take(message)
-            except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
-                if type(error).__name__ not in status.logged:
-                    log.warning("%s", error)
-                status.logged.add(type(error).__name__)
-                status.error = str(error)
-            else:
-                status.error, status.latest = "", message
-            self.arrivals.notify_all()
+        """Forward a message. Log undecodable messages once per kind."""
+        status.note_arrival(received)
+        try:
+            message = subscription.decode(received)
+            take(message)
+        except (InvalidPayload, DefinitionMismatch, WrongType, ValueError) as error:
+            if type(error).__name__ not in status.logged:
+                log.warning("%s", error)
+            status.logged.add(type(error).__name__)
+            status.error = str(error)
+        else:
+            status.error, status.latest = "", message
 
     async def _warn_of_type(self, topic: str, type_name: str) -> None:
         """Log once if a topic has another type."""
@@ -115,7 +120,9 @@ class Link:
         while True:
             await graph.wait_for(lambda seen: seen.publishers(topic))
             await graph.wait_for(lambda seen: not seen.publishers(topic))
+            self.intake.read()
             forget()
+            self.intake.arrivals.notify_all()
 
     def explain_silence(self, topic: str) -> str:
         """Explain why a topic has no usable messages, as far as known."""

@@ -19,7 +19,6 @@ from seoro.bridges.ros2.wire import LATCHED
 from seoro.bridges.serving.robot import Handlers
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused
-from seoro.concurrency.condition import Condition
 
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 POSE_TIMEOUT = 10.0  # [s] from an initial pose to a pose of the localisation
@@ -42,7 +41,6 @@ class Localisation:
         self._base = base
         self._latest: Message | None = None
         self._updated = 0.0  # arrival of the latest pose, by the machine's clock [s]
-        self._changes = Condition()
         self._initial_poses = LazyPublisher(link, base.initial_pose, lambda _: POSE)
 
     @property
@@ -94,7 +92,6 @@ class Localisation:
             topic = self._link.node.resolve(self._base.pose)
             raise ValueError(f"invalid pose on {topic}: the pose or its covariance is not finite")
         self._latest, self._updated = message, time.monotonic()
-        self._changes.notify_all()
 
     async def _set_initial_pose(self, request: wire.SetInitialPose) -> None:
         outlet, graph = self._initial_poses, self._link.node.graph
@@ -106,12 +103,13 @@ class Localisation:
             silent = f"no subscription to {outlet.topic} on the robot: its localisation is not running"
             raise RequestRefused(Result.INCORRECT_STATE, outlet.problem or silent)
         message = self._initial_pose(request.pose)
+        self._link.intake.read()
         start = time.monotonic()
         with anyio.move_on_after(POSE_TIMEOUT):
             while self._updated < start:
                 outlet.publication.publish(message)
                 with anyio.move_on_after(RETRY):
-                    await self._changes.wait_for(lambda: self._updated >= start)
+                    await self._link.intake.arrivals.wait_for(lambda: self._updated >= start)
         if self._updated < start:
             raise RequestRefused(
                 Result.OPERATION_FAILED,
@@ -136,7 +134,7 @@ class Localisation:
         self._link.work.start(request.id, self._wait)
 
     async def _wait(self) -> str:
-        await self._changes.wait_for(lambda: self._latest is not None)
+        await self._link.intake.arrivals.wait_for(lambda: self._latest is not None)
         return ""
 
     def estimate(self) -> wire.Localization:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable
 from functools import partial
+from typing import Any
 
 from seoro.bridges import wire
 from seoro.bridges.ros2.interfaces import Message
@@ -14,7 +16,7 @@ from seoro.bridges.ros2.robots.parts import BATTERY, TRANSFORMS
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.bridges.ros2.robots.sensing import Sensing
 from seoro.bridges.ros2.wire import Durability, Qos
-from seoro.bridges.serving.robot import Handlers
+from seoro.bridges.serving.robot import Carry, Handlers
 
 BASE = "base_link"
 DYNAMIC = Qos(depth=100)
@@ -40,19 +42,29 @@ class RosRobot:
     @property
     def info(self) -> wire.RobotInfo:
         """Name and features of the robot, with the frames published so far."""
+        self._link.intake.read()
         frames = tuple(sorted(self._link.frames.names))
         return wire.RobotInfo(name=self._link.name, kinds=self._profile.kinds, frames=frames)
 
     @property
     def handlers(self) -> Handlers:
-        """Handlers of the served verbs."""
+        """Handlers of the served verbs, which see all messages that have arrived before the request."""
         parts = [part.handlers for part in (self._base, self._arm, self._sensing) if part is not None]
         own: Handlers = {wire.GET_ROBOT_DESCRIPTION: self._describe, wire.CHECK_ROBOT: self._check}
-        return {**own, **{verb: carry for handlers in parts for verb, carry in handlers.items()}}
+        served = {**own, **{verb: carry for handlers in parts for verb, carry in handlers.items()}}
+        return {verb: self._informed(carry) for verb, carry in served.items()}
+
+    def _informed(self, carry: Carry) -> Carry:
+        def read_and_carry(request: Any) -> Awaitable[wire.Message | None]:
+            self._link.intake.read()
+            return carry(request)
+
+        return read_and_carry
 
     @property
     def health(self) -> wire.RobotHealth:
         """State of the robot: battery charge and estimated position, if known."""
+        self._link.intake.read()
         localisation = None if self._base is None else self._base.localisation
         position = None if localisation is None else localisation.position
         return wire.RobotHealth(
@@ -102,6 +114,7 @@ class RosRobot:
 
     def forget(self) -> None:
         """Forget the poses of the robot: the time was set back, or the robot has disappeared."""
+        self._link.intake.read()
         self._link.frames.forget()
         if self._base is not None:
             self._base.forget()

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import anyio
 
 from seoro.bridges.ros2.clock import SharedClock
 from seoro.bridges.ros2.participant import BRIDGE, GUARD, RosOptions, RosSystem, connect_system
-from seoro.bridges.ros2.robots.guard import PERIOD, GuardSettings
+from seoro.bridges.ros2.robots.guard import GuardSettings
 from seoro.bridges.ros2.robots.guard_state import STOOD_STILL, Standstills
 from seoro.bridges.ros2.robots.guarded import guarded
 from seoro.bridges.ros2.robots.link import RobotLink
@@ -98,12 +100,13 @@ async def bridging(options: BridgeOptions) -> AsyncIterator[None]:
 
 async def _stop_after_standstills(standstills: Standstills, server: RobotServer) -> None:
     """Stop all goals after each standstill, in which the guard has stopped the robots, without end."""
-    seen = standstills.number
+    over = asyncio.Event()
+    standstills.on_standstill = partial(asyncio.get_running_loop().call_soon_threadsafe, over.set)
     while True:
-        await anyio.sleep(PERIOD)
-        if seen != (seen := standstills.number):
-            log.warning("%s: the robots are stopped, and their goals have failed", STOOD_STILL)
-            await server.stop(STOOD_STILL)
+        await over.wait()
+        over.clear()
+        log.warning("%s: the robots are stopped, and their goals have failed", STOOD_STILL)
+        await server.stop(STOOD_STILL)
 
 
 @asynccontextmanager

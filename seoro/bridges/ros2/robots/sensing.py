@@ -16,7 +16,6 @@ from seoro.bridges.ros2.robots.profile import Detector, Sensors
 from seoro.bridges.serving.robot import Carry, Handlers
 from seoro.bridges.wire import Result
 from seoro.bridges.wire.refusal import RequestRefused, check_positive, name_list
-from seoro.concurrency.condition import Condition
 
 WRENCH, DETECTIONS = "geometry_msgs/msg/WrenchStamped", "vision_msgs/msg/Detection2DArray"
 
@@ -37,7 +36,6 @@ class Topic:
         self._type_name = type_name
         self._check = check
         self._latest: Message | None = None
-        self._changes = Condition()
         self._watches: set[Callable[[Message], None]] = set()
 
     async def open(self) -> None:
@@ -52,7 +50,6 @@ class Topic:
         self._forget()
         self._check(message)
         self._latest = message
-        self._changes.notify_all()
         for look in tuple(self._watches):  # at each message: a short peak may pass before a task resumes
             look(message)
 
@@ -63,7 +60,7 @@ class Topic:
             RequestRefused: The topic has no valid message.
         """
         with anyio.move_on_after(DISCOVERY_TIMEOUT):
-            await self._changes.wait_for(lambda: self._latest is not None)
+            await self._link.intake.arrivals.wait_for(lambda: self._latest is not None)
         if self._latest is None:
             topic, why = self._link.node.resolve(self._name), self._link.explain_silence(self._name)
             raise RequestRefused(Result.INCORRECT_STATE, f"no measurement of the robot on {topic}: {why}")
@@ -71,17 +68,17 @@ class Topic:
         self._link.work.start(request.id, partial(self._wait, holds))
 
     async def _wait(self, holds: Callable[[Message], bool]) -> str:
-        seen = anyio.Event()
+        is_seen = False
 
         def look(message: Message) -> None:
-            if holds(message):
-                seen.set()
+            nonlocal is_seen
+            is_seen = is_seen or holds(message)
 
         if self._latest is not None:
             look(self._latest)
         self._watches.add(look)
         try:
-            await seen.wait()
+            await self._link.intake.arrivals.wait_for(lambda: is_seen)
         finally:
             self._watches.discard(look)
         return ""
