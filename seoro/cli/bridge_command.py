@@ -7,8 +7,11 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import anyio
+
 from seoro.bridges.addresses import BRIDGE, ROS_ROUTER
 from seoro.cli.arguments import add_dialect, add_keys_argument, add_option, domain
+from seoro.cli.event_loop import fast_loop
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import node_file
 from seoro.cli.packages import ROS2, require
@@ -77,8 +80,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-async def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Run the command."""
+    return anyio.run(_run, options, backend_options={"loop_factory": fast_loop()})
+
+
+async def _run(options: argparse.Namespace) -> int:
     require("`seoro bridge`", "ros2", *ROS2)
     from seoro.bridges.ros2.expose.running import ExposeSettings, expose  # noqa: PLC0415 - Zenoh
 

@@ -34,13 +34,16 @@ async def test_messages_of_other_threads_wake_the_waiting_task() -> None:
     thread.join()
 
 
-async def test_many_messages_cause_one_wake_up(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("is_awaited", [True, False])
+async def test_many_messages_wake_a_waiting_reader_once(is_awaited: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     mailbox: Mailbox[int] = Mailbox(Bound(1000))
     wakes: list[object] = []
     monkeypatch.setattr(mailbox._loop, "call_soon_threadsafe", wakes.append)
+    if is_awaited:
+        mailbox.on_arrival(lambda: None)
     for number in range(100):
         mailbox.put(number, 1)
-    assert len(wakes) == 1
+    assert len(wakes) == is_awaited
 
 
 async def test_a_callback_is_called_once_when_a_message_arrives() -> None:

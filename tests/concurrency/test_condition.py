@@ -59,3 +59,15 @@ async def test_a_timeout_of_one_task_does_not_affect_others() -> None:
             with pytest.raises(TimeoutError):
                 await count.changes.wait_for(lambda: count.value, 0.01)
             count.up()
+
+
+async def test_the_first_waiting_task_is_announced() -> None:
+    waits: list[bool] = []
+    condition = Condition(lambda: waits.append(condition.is_awaited))
+    with anyio.fail_after(30.0):
+        async with anyio.create_task_group() as tasks:
+            for _ in range(2):
+                tasks.start_soon(condition.wait)
+            await anyio.wait_all_tasks_blocked()
+            condition.notify_all()
+    assert (waits, condition.is_awaited) == ([True], False)

@@ -1,7 +1,7 @@
 """Messages of the topics of a robot, read in batches.
 
 A wake-up of the event loop costs several times as much as a message. So messages wait until a request needs them,
-and 50 ms at most; while a task waits for a change, they are read as they arrive.
+and 0.2 s at most; while a task waits for a change, they are read as they arrive.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 from seoro.bridges.ros2.topics import ReceivedPayload, Subscription
 from seoro.concurrency.condition import Condition
 
-PERIOD: Final = 0.05  # [s] between two readings while no task waits
+PERIOD: Final = 0.2  # [s] between two readings while no task waits
 
 
 class _Reader(NamedTuple):

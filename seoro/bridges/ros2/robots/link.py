@@ -29,7 +29,7 @@ from seoro.bridges.wire import Result, TopicState
 from seoro.bridges.wire.refusal import RequestRefused
 
 SENSED = Qos(reliability=Reliability.BEST_EFFORT, depth=5)
-WAITING = Bound(1000)  # queue of a topic, which is read every 50 ms
+WAITING = Bound(1000)  # queue of a topic, which is read every 0.2 s
 DISCOVERY_TIMEOUT = 5.0  # [s] for endpoints and messages that a request needs
 ANSWER_TIMEOUT = 5.0  # [s] for the response of a service
 SECOND = 1e9  # [ns]
