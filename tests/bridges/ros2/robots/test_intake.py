@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import partial
 
 import anyio
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from seoro.bridges.ros2.interfaces import TypeStore
 from seoro.bridges.ros2.robots import intake as module
 from seoro.bridges.ros2.robots.intake import Intake
-from seoro.bridges.ros2.topics import Subscription
+from seoro.bridges.ros2.topics import ReceivedPayload, Subscription
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Bound, Sample
 from seoro.concurrency.background import background
@@ -31,7 +32,10 @@ class Stage:
         self.taken: list[tuple[str, bytes]] = []
         self.topics = [Subscription(name, STRING, Bound(100), RmwZenoh(), types) for name in ("/a", "/b")]
         for topic in self.topics:
-            self.intake.add(topic, lambda received, name=topic.topic: self.taken.append((name, received.payload)))
+            self.intake.add(topic, partial(self._take, topic.topic))
+
+    def _take(self, topic: str, received: ReceivedPayload) -> None:
+        self.taken.append((topic, received.payload))
 
     def arrive(self, topic: int, payload: bytes) -> None:
         """Let a message arrive, as a thread of Zenoh does."""
