@@ -95,7 +95,7 @@ def _campaign(folder: Path, out: str, runs: int, *place: str) -> subprocess.Pope
     command = [
         sys.executable,
         "-m",
-        "seoro.cli.main",
+        "seoro",
         "campaign",
         "run",
         "waits.osc",

@@ -36,7 +36,7 @@ scenario drives:
     do turtlebot4.drive(linear: pace, duration: 0.3s)
 """
 OPTIONS: Final = ("--strategy", "random", "--sim", "mujoco", "--rate", "max", "--seed", "1", "--keep", "none")
-SEORO: Final = (sys.executable, "-m", "seoro.cli.main", "campaign")
+SEORO: Final = (sys.executable, "-m", "seoro", "campaign")
 ROWS: Final = (0, 0, 1, 5, 20)  # new ones before a kill
 LONGEST: Final = 0.5  # [s] after them
 STEP: Final = 20  # kills between two lines about the progress

@@ -52,7 +52,7 @@ from tests.campaign.planted import COLUMN, in_four_places, in_one_place, runs_un
 from tests.campaign.shrunk import FAILURE, carry_out, planted
 from tests.campaign.statistics.exact import decisions, probability_of_exclusion
 
-CAMPAIGN = [sys.executable, "-m", "seoro.cli.main", "campaign", "run"]
+CAMPAIGN = [sys.executable, "-m", "seoro", "campaign", "run"]
 OBSTACLE = "scenarios/navigation/obstacle.osc"
 TRIVIAL = """import osc.types
 import osc.helpers

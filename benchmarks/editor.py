@@ -86,7 +86,7 @@ async def main(length: int, rounds: int) -> None:
     def published(params: lsp.PublishDiagnosticsParams) -> None:
         shown.put_nowait(params)
 
-    await client.start_io(sys.executable, "-m", "seoro.cli.main", "lsp")
+    await client.start_io(sys.executable, "-m", "seoro", "lsp")
     await client.initialize_async(lsp.InitializeParams(lsp.ClientCapabilities()))
     client.initialized(lsp.InitializedParams())
     client.text_document_did_open(

@@ -61,7 +61,7 @@ def measure(file: Path, simulator: str, seeds: int, folder: Path) -> Outcome:
     durations, paths, contacts, differently = [], [], 0, 0
     for seed in range(seeds):
         results = folder / f"{file.stem}-{simulator}-{seed}"
-        command = [sys.executable, "-m", "seoro.cli.main", "exec", str(file), "--sim", simulator, "--world", world]
+        command = [sys.executable, "-m", "seoro", "exec", str(file), "--sim", simulator, "--world", world]
         finished = subprocess.run(
             [*command, "--rate", "max", "--seed", str(seed), "-o", str(results)],
             check=False,

@@ -24,7 +24,7 @@ SCENARIO = Path(__file__).resolve().parent.parent / "scenarios" / "navigation" /
 def run(simulator: str, seed: int, folder: Path) -> tuple[int, float, list[dict[str, Any]]]:
     """Return exit status, wall time [s] and trace of one run."""
     trace = folder / f"{seed}.jsonl"
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(SCENARIO), "--sim", simulator, "--rate", "max"]
+    command = [sys.executable, "-m", "seoro", "exec", str(SCENARIO), "--sim", simulator, "--rate", "max"]
     start = time.monotonic()
     finished = subprocess.run(
         [*command, "--seed", str(seed), "--trace", str(trace)], check=False, capture_output=True, timeout=120

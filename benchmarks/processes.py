@@ -14,7 +14,7 @@ from pathlib import Path
 @contextmanager
 def command(*arguments: str) -> Iterator[int]:
     """Run a command of seoro; yields its process id once it is ready."""
-    line = [sys.executable, "-m", "seoro.cli.main", *arguments]
+    line = [sys.executable, "-m", "seoro", *arguments]
     # In the session of the benchmark: Linux may group processes by session (`sched_autogroup_enabled`). If both
     # sides of a measurement are busy then, ready threads of one session wait for up to half a second.
     with subprocess.Popen(line, stdout=subprocess.PIPE) as process:

@@ -58,7 +58,7 @@ def run(arguments: list[str], folder: Path, simulator: str, rate: float) -> floa
     """Run a scenario; returns the processor time of its processes [s]."""
     before = _children()
     options = ["--sim", simulator, "--rate", "max", "--seed", "1", "--poses", f"{rate:g}"]
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", *arguments, *options]
+    command = [sys.executable, "-m", "seoro", "exec", *arguments, *options]
     command += ["--trace", str(folder / "trace.jsonl")]
     subprocess.run(command, check=True, capture_output=True, timeout=600)
     return _children() - before

@@ -102,7 +102,7 @@ class Place:
 
 def seoro(*arguments: str) -> list[str]:
     """Return a command of seoro."""
-    return [sys.executable, "-m", "seoro.cli.main", *arguments]
+    return [sys.executable, "-m", "seoro", *arguments]
 
 
 @contextmanager

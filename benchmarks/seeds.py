@@ -74,7 +74,7 @@ def node(engine: str) -> Iterator[str]:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
-    command = [sys.executable, "-m", "seoro.cli.main", "sim", engine, "--listen", endpoint]
+    command = [sys.executable, "-m", "seoro", "sim", engine, "--listen", endpoint]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert process.stdout is not None
         if not process.stdout.readline():  # written by the simulator when it is ready

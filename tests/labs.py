@@ -74,7 +74,7 @@ def command(errors: Path, endpoint: str, *arguments: str) -> Iterator[RunningCom
     with (
         errors.open("wb") as log,
         subprocess.Popen(
-            [sys.executable, "-m", "seoro.cli.main", *arguments], stdout=subprocess.PIPE, stderr=log
+            [sys.executable, "-m", "seoro", *arguments], stdout=subprocess.PIPE, stderr=log
         ) as process,
     ):
         try:

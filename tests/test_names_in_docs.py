@@ -15,6 +15,7 @@ import pytest
 import seoro
 from seoro import ActionContext, Client, MethodContext, ModifierContext, Run, ThreadContext, Verdict
 from seoro.cli import main as command_line
+from seoro.cli.commands import COMMANDS
 from seoro.client.lab import LabControl
 from seoro.client.runs import RemoteRun
 
@@ -148,7 +149,7 @@ def unknown_options(line: str) -> list[str]:
     if len(words) < 2 or words[1].startswith("-") or not words[1].islower():
         return []
     command = {"run": "exec", "help": "exec"}.get(words[1], words[1])
-    if command not in command_line.COMMANDS:
+    if command not in COMMANDS:
         return [command]
     given = [word.partition("=")[0] for word in words[2:] if re.match(r"--[a-z]", word)]
     unknown = [option for option in given if option not in options_of(command)]
@@ -162,7 +163,7 @@ def test_commands_and_options_in_pages_exist(page: Path) -> None:
     text = page.read_text()
     lines = [*commands(text), *(span for span in spans(text) if span.startswith("seoro "))]
     assert not {line: found for line in lines if (found := unknown_options(line))}
-    known = OTHERS.union(*map(options_of, command_line.COMMANDS), PLUGIN, PROGRAMS)
+    known = OTHERS.union(*map(options_of, COMMANDS), PLUGIN, PROGRAMS)
     named = {
         span.split()[0].partition("=")[0]
         for span in spans(text)
@@ -221,7 +222,7 @@ PROGRAMS = _options_in(ROOT / "sim_nodes") | _options_in(ROOT / "benchmarks")
 
 
 def test_options_in_help_texts_exist() -> None:
-    for command in command_line.COMMANDS:
+    for command in COMMANDS:
         parser = command_line._parser([command])
         [below] = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
         examples = below.choices[command].epilog or ""

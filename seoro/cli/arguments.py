@@ -35,6 +35,17 @@ class Parser(argparse.ArgumentParser):
         """Print an error and end the process."""
         self.refuse(message, f"see `{self.prog} --help`")
 
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        """Refuse an unknown value and name the nearest valid one, while argparse lists all."""
+        if action.choices is None or value in action.choices:
+            return
+        choices = [str(choice) for choice in action.choices]
+        if isinstance(action, argparse._SubParsersAction):
+            what = f"unknown command `{self.prog} {value}`"
+        else:
+            what = f"unknown value `{value}` of `{'/'.join(action.option_strings) or action.metavar}`"
+        self.refuse(what, near(str(value), choices) or f"expected {', '.join(choices)}")
+
     def refuse(self, message: str, hint: str) -> NoReturn:
         """Print an error with a hint, and end the process."""
         print(f"error: {self.place}{message}\n  = help: {hint}", file=sys.stderr)

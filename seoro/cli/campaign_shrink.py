@@ -101,7 +101,7 @@ def _verify(file: Path, emitted: Emitted, start: Start, failure: SameFailure) ->
     """Run the scenario file, and print whether it fails the same way."""
     words = [str(file), *words_beyond_directives(start.options)]
     print(f"  {shlex.join(['seoro', 'exec', *words])}", flush=True)
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", *words, "--json"]
+    command = [sys.executable, "-m", "seoro", "exec", *words, "--json"]
     ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
     try:
         result = json.loads(ended.stdout)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
-from seoro.cli.files import count, find_files
+from seoro.cli.files import count, find_files, named_source
 from seoro.cli.output import use_colour
 from seoro.embed.contradictions import find_contradictions
 from seoro.embed.scenarios import check_file
@@ -27,7 +27,7 @@ exit status: 0 without errors, 2 with errors"""
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
-        "files", metavar="FILE", nargs="+", help="scenario files (.osc), or folders with such files"
+        "files", metavar="FILE", nargs="+", help="scenario files (.osc), folders with such files, or - for stdin"
     )
     add_option(parser, "--format", "output format (default: text)", choices=("text", "json"), default="text")
     add_option(parser, "--strict", "also report extensions to the standard")
@@ -51,7 +51,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _check(files: Sequence[str], *, strict: bool, import_python: bool) -> Iterator[Diagnostic]:
     for file in files:
-        scenario = check_file(file, strict=strict, import_python=import_python)
+        path, read = named_source(file)
+        scenario = check_file(path, strict=strict, import_python=import_python, read=read)
         yield from scenario.checked.diagnostics
         if import_python:  # external methods may decide about constraints
             yield from find_contradictions(scenario)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from seoro.cli.event_loop import fast_loop
 from seoro.cli.exit_status import Exit
-from seoro.cli.files import STDIN, STDIN_NAME, read_stdin, shown_name
+from seoro.cli.files import STDIN, named_source, shown_name
 from seoro.cli.report import RunReport
 from seoro.cli.results import ResultFiles
 from seoro.cli.run_arguments import inputs_of, leasing_of, settings_of, use_file_settings
@@ -75,13 +75,10 @@ def _load(options: argparse.Namespace) -> Runnable:
     is_plain = not (options.set or options.constrain) and options.params is None
     if options.file != STDIN and is_plain:
         return load_cached(path, options.scenario)
-    from seoro.embed.scenarios import check_file, load  # noqa: PLC0415 - parser and checks, not needed for cached plans
-    from seoro.lang.loader import read_file  # noqa: PLC0415 - the same
+    from seoro.embed.scenarios import check_file  # noqa: PLC0415 - parser and checks, not needed for cached plans
 
-    if options.file != STDIN:
-        return load(path)
-    path, text = Path(STDIN_NAME), read_stdin()  # its imports are relative to the working directory
-    return check_file(path, read=lambda other: text if other == path else read_file(other)).without_errors()
+    path, read = named_source(options.file)
+    return check_file(path, read=read).without_errors()
 
 
 class _Exec:

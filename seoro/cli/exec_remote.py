@@ -11,7 +11,7 @@ import anyio
 
 from seoro.bundle.pack import Bundle, pack
 from seoro.cli.exit_status import Exit
-from seoro.cli.files import STDIN, STDIN_NAME, count, read_stdin
+from seoro.cli.files import STDIN, count, named_source
 from seoro.cli.follower import Follower
 from seoro.cli.report import RunReport
 from seoro.cli.results import ResultFiles, check_writable
@@ -20,7 +20,6 @@ from seoro.cli.video_arguments import video_of
 from seoro.client import Client
 from seoro.embed.option_checks import check_options
 from seoro.embed.scenarios import Scenario, check_file
-from seoro.lang.loader import read_file
 
 
 def run_remote(options: argparse.Namespace) -> int:
@@ -49,15 +48,13 @@ def _read(options: argparse.Namespace, folder: Path) -> tuple[Scenario, Path | N
     Raises:
         InvalidScenario: The scenario has errors.
     """
+    path, read = named_source(options.file)
+    scenario = check_file(path, import_python=False, read=read).without_errors()
     if options.file != STDIN:
-        return check_file(options.file, import_python=False).without_errors(), None
-    path, text = Path(STDIN_NAME), read_stdin()  # its imports are relative to the working directory
+        return scenario, None
     contents = folder / "scenario.osc"
-    contents.write_text(text, encoding="utf-8")
-    scenario = check_file(
-        path, import_python=False, read=lambda other: text if other == path else read_file(other)
-    )
-    return scenario.without_errors(), contents
+    contents.write_text(scenario.file.text, encoding="utf-8")
+    return scenario, contents
 
 
 async def _dry_run(options: argparse.Namespace, bundle: Bundle, files: ResultFiles) -> int:

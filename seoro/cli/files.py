@@ -8,10 +8,13 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind
+
+if TYPE_CHECKING:
+    from seoro.lang.loader import Reader
 
 STDIN = "-"
 LARGEST: Final = Kind.SCENARIO.limit or 0  # [bytes] from stdin
@@ -83,6 +86,22 @@ def read_stdin() -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         raise UsageError(f"stdin is not UTF-8 (byte {fault.start})") from None
+
+
+def named_source(file: str) -> tuple[Path, Reader]:
+    """Return the path of a scenario file, and the reader for it and its imports.
+
+    Imports of stdin are relative to the working directory.
+
+    Raises:
+        UsageError: The file is stdin, and it is invalid.
+    """
+    from seoro.lang.loader import read_file  # noqa: PLC0415 - not needed for cached plans
+
+    if file != STDIN:
+        return Path(file), read_file
+    path, text = Path(STDIN_NAME), read_stdin()
+    return path, lambda other: text if other == path else read_file(other)
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seoro.cli.arguments import add_command, add_option, number
+from seoro.cli.arguments import add_command, add_keys_argument, add_option, number
 from seoro.cli.remote_arguments import add_executor_argument
 from seoro.cli.tables import table
 from seoro.security.keys import VARIABLE
@@ -53,12 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     publish = add_command(what, "publish", "send the revocation list to executors (admins only)")
     add_option(publish, "--revoked FILE", "revocation list (default: revoked.crl in the folder of keys)")
     add_executor_argument(publish)
-    for command in (init, add, renew, revoke, listing, audit):
+    add_keys_argument(audit)
+    for command in (init, add, renew, revoke, listing):
         add_option(
             command,
-            "--keys DIR",
+            "--authority DIR",
             f"folder with the key of the lab (default: {VARIABLE}, else {_shown(default_folder())})",
-            dest="authority",
         )
 
 

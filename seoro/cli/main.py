@@ -5,55 +5,17 @@ from __future__ import annotations
 import argparse
 import gc
 import sys
-from collections.abc import Coroutine, Mapping, Sequence
+from collections.abc import Coroutine, Sequence
 from functools import partial
 from importlib import import_module
-from typing import Final
 
 from seoro import __version__
 from seoro.cli.arguments import Parser, add_option, using_keys
+from seoro.cli.commands import COMMANDS, REPLACED, listed
 from seoro.cli.exit_status import Exit
 from seoro.cli.output import print_error, terminal_columns
 from seoro.errors import InvalidScenario, SeoroError, UsageError, cause_of
 from seoro.lang.diagnostics import near
-
-# Help texts of the commands, in the order of `--help`; modules of commands are loaded on demand.
-COMMANDS: Final[Mapping[str, str]] = {
-    "exec": "run a scenario in this process or on an executor",
-    "campaign": "run a scenario many times, with planned values of its parameters",
-    "check": "parse and check scenario files without running them",
-    "trace": "print, filter, summarise or convert the trace of a run",
-    "redact": "remove names, hosts, paths and chosen fields from a trace, before it is shared",
-    "report": "write a page that shows a run: verdict, timeline, world, source, plots, causes",
-    "compare": "find where two recorded runs first differ",
-    "accept": "check a recorded trace against its scenario",
-    "replay": "repeat a recorded run, with the events that its application emitted",
-    "bag": "show the contents of a ROS 2 bag, or repair a truncated one",
-    "fmt": "format scenario files (coding style guide of the standard)",
-    "explain": "explain error codes, with examples",
-    "dap": "run a debug adapter for editors (breakpoints, steps, variables)",
-    "lsp": "run the language server for editors (diagnostics, completion, hover, definitions)",
-    "serve": "run an executor: accept scenarios over the network and run them",
-    "ui": "show and start runs in a browser: live and past, of this machine and of executors",
-    "check-node": "check whether a simulator node keeps the rules of the protocol",
-    "doctor": "check the installation and the network, and suggest fixes",
-    "ps": "list the runs of executors",
-    "attach": "follow a run on an executor from its first record to its end",
-    "logs": "print the progress of a run on an executor so far",
-    "stop": "stop runs on executors",
-    "estop": "emergency stop: stop all robots, or the named ones, until they are released",
-    "get": "download the output files of a run",
-    "runs": "delete old runs by age and size",
-    "rm": "delete a run and its files",
-    "router": "run a Zenoh router that connects executors, simulators and bridges",
-    "keys": "create, renew and revoke the keys of a lab",
-    "lab": "show, lease, release and stop the robots of a lab",
-    "sim": "start a simulator node that runs connect to",
-    "bridge": "expose a simulator as ROS 2 nodes, or ROS 2 robots to seoro",
-    "ros": "inspect and use a ROS 2 system: topics, services, actions, parameters, bags",
-}
-
-REPLACED: Final = {"sweep": "campaign run"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -122,35 +84,35 @@ def _parser(arguments: Sequence[str]) -> Parser:
     columns = terminal_columns() - 2
     parser = Parser(
         prog="seoro",
-        formatter_class=partial(argparse.HelpFormatter, width=columns),
+        usage="%(prog)s [-h] [--version] COMMAND ...",
+        formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=columns),
         description="Run OpenSCENARIO DSL scenarios against simulated and real robots.",
+        epilog=f"{listed(columns)}\n\n`seoro COMMAND --help` describes a command, with examples.",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"seoro {__version__}")
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, help=argparse.SUPPRESS, prog="seoro")
     chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
+    if chosen is None:
+        if not arguments:
+            parser.print_help(sys.stderr)
+            sys.exit(Exit.INVALID)
+        return parser
     if chosen in REPLACED:
         parser.refuse(f"`seoro {chosen}` was replaced", f"use `seoro {REPLACED[chosen]}`")
-    if chosen is not None and chosen not in COMMANDS:
+    if chosen not in COMMANDS:
         parser.refuse(f"unknown command `{chosen}`", near(chosen, COMMANDS) or "`seoro --help` lists the commands")
-    comes_first = chosen is not None and arguments[0] == chosen  # then no help lists the other commands
-    for name, what in COMMANDS.items():
-        if name != chosen:
-            if not comes_first:
-                commands.add_parser(name, help=what, add_help=False)
-            continue
-        module = import_module(f"seoro.cli.{name.replace('-', '_')}_command")
-        command = commands.add_parser(
-            name,
-            help=what,
-            description=what[0].upper() + what[1:] + ".",
-            epilog=module.EXAMPLES,
-            formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=columns),
-            allow_abbrev=False,
-        )
-        module.add_arguments(command)
-        add_option(command, "--debug", "show Python tracebacks of errors")
-        command.set_defaults(run=module.run, parser=command)
+    what, module = COMMANDS[chosen], import_module(f"seoro.cli.{chosen.replace('-', '_')}_command")
+    command = commands.add_parser(
+        chosen,
+        description=what[0].upper() + what[1:] + ".",
+        epilog=module.EXAMPLES,
+        formatter_class=partial(argparse.RawDescriptionHelpFormatter, width=columns),
+        allow_abbrev=False,
+    )
+    module.add_arguments(command)
+    add_option(command, "--debug", "show Python tracebacks of errors")
+    command.set_defaults(run=module.run, parser=command)
     return parser
 
 
@@ -164,7 +126,3 @@ def run_process() -> int:
     status = main()
     gc.freeze()
     return status
-
-
-if __name__ == "__main__":
-    sys.exit(run_process())

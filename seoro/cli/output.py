@@ -38,8 +38,14 @@ _STATUS_STYLES = {
 
 
 def use_colour(file: IO[str]) -> bool:
-    """Return whether a file is a terminal, and `NO_COLOR` is not set."""
-    return is_terminal(file) and not os.environ.get("NO_COLOR")
+    """Return whether output to a file is coloured: on terminals, or always with `FORCE_COLOR`.
+
+    `NO_COLOR` comes before `FORCE_COLOR` and `CLICOLOR_FORCE`, as in Python itself.
+    """
+    if os.environ.get("NO_COLOR"):
+        return False
+    forced = os.environ.get("FORCE_COLOR") or os.environ.get("CLICOLOR_FORCE") or "0"
+    return forced != "0" or is_terminal(file)
 
 
 def is_terminal(file: IO[str]) -> bool:

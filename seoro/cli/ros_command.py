@@ -34,11 +34,11 @@ EXAMPLES = """examples:
   seoro ros graph
   seoro ros graph --node /controller_server
   seoro ros adopt -o robot/
-  seoro ros topic echo /odom --member pose.pose.position --count 1
+  seoro ros topic echo /odom --field pose.pose.position --count 1
   seoro ros topic hz /scan --ros tcp/192.168.0.7:7447
   seoro ros topic pub /cmd_vel '{linear: {x: 0.2}}' --rate 10
   seoro ros service call /reinitialize_global_localization ''
-  seoro ros action send /navigate_to_pose '{pose: {header: {frame_id: map}, pose: {position: {x: 1.0}}}}'
+  seoro ros action send_goal /navigate_to_pose '{pose: {header: {frame_id: map}, pose: {position: {x: 1.0}}}}'
   seoro ros param set /amcl max_particles 3000
   seoro ros bag record /scan /odom /tf /tf_static -o out/drive
   seoro ros bag play out/drive --topic /scan --rate 2
@@ -150,15 +150,14 @@ def _add_topics(topics: Commands) -> None:
     echo = _leaf(topics, "echo", "print messages as they arrive", "topics.echo", "TOPIC")
     rate = _leaf(topics, "hz", "measure the rate of messages", "topics.measure_rate", "TOPIC")
     for parser in (echo, rate):
-        _add_type(parser)
+        parser.add_argument("type", metavar="TYPE", nargs="?", help="type (default: its type in the system)")
         _add_qos(parser, "that of the publishers")
         add_option(parser, "-n --count N", "end after N messages", default=0)
     add_option(rate, "--window N", "use only the last N messages", default=0)
-    add_option(echo, "--member PATH", "print this member only: `pose.position.x`, `ranges.0`")
+    add_option(echo, "--field PATH", "print this field only: `pose.position.x`, `ranges.0`")
     _add_form(echo)
     publishing = _leaf(topics, "pub", "publish a message", "topics.publish", "TOPIC")
-    publishing.add_argument("value", metavar="VALUE", help="message as YAML; omitted members have their defaults")
-    _add_type(publishing)
+    _add_value(publishing, "message as YAML; omitted fields have their defaults", is_required=True)
     _add_qos(publishing, "reliable, volatile, depth 10")
     add_option(publishing, "-r --rate HZ", "publish repeatedly at this rate")
     add_option(publishing, "-n --count N", "number of messages (default: 1; with --rate: unlimited)", default=0)
@@ -174,8 +173,7 @@ def _add_topics(topics: Commands) -> None:
 def _add_services(services: Commands) -> None:
     _add_list(services, "services")
     calling = _leaf(services, "call", "call a service", "requests.call_service", "SERVICE")
-    calling.add_argument("value", metavar="VALUE", nargs="?", default="", help="request as YAML")
-    _add_type(calling)
+    _add_value(calling, "request as YAML")
     add_option(calling, "--timeout SECONDS", "wait for the response at most this long (default: 10)", default=10.0)
     _add_form(calling)
 
@@ -183,11 +181,14 @@ def _add_services(services: Commands) -> None:
 def _add_actions(actions: Commands) -> None:
     _add_list(actions, "actions")
     sending = _leaf(
-        actions, "send", "send a goal and wait for its result; a signal cancels it", "requests.send_goal", "ACTION"
+        actions,
+        "send_goal",
+        "send a goal and wait for its result; a signal cancels it",
+        "requests.send_goal",
+        "ACTION",
     )
-    sending.add_argument("value", metavar="VALUE", nargs="?", default="", help="goal as YAML")
+    _add_value(sending, "goal as YAML")
     add_option(sending, "--feedback", "print feedback")
-    _add_type(sending)
     _add_form(sending)
 
 
@@ -243,8 +244,14 @@ def _add_form(parser: argparse.ArgumentParser) -> None:
     _add_json(parser)
 
 
-def _add_type(parser: argparse.ArgumentParser) -> None:
-    add_option(parser, "--type TYPE", "type (default: its type in the system)")
+def _add_value(parser: argparse.ArgumentParser, what: str, *, is_required: bool = False) -> None:
+    """Declare a type and a value, as in `ros2`; the type is optional."""
+    parser.add_argument(
+        "words",
+        metavar=("TYPE", "VALUE"),
+        nargs="+" if is_required else "*",
+        help=f"type (default: its type in the system), and {what}",
+    )
 
 
 def _add_qos(parser: argparse.ArgumentParser, default: str) -> None:

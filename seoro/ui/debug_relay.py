@@ -62,7 +62,7 @@ async def start_adapter() -> AsyncIterator[Adapter]:
     """
     process = await asyncio.create_subprocess_exec(
         sys.executable,
-        *("-m", "seoro.cli.main", "dap"),
+        *("-m", "seoro", "dap"),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -67,7 +67,7 @@ async def private_executor(state: Path, *, is_trusted: bool) -> AsyncIterator[Pr
     """
     with _claimed(state) as folder, _sockets() as sockets:
         endpoint = f"unixsock-stream/{sockets / 'hub.sock'}"
-        command = [sys.executable, "-m", "seoro.cli.main", "serve", "--name", NAME, "--listen", endpoint]
+        command = [sys.executable, "-m", "seoro", "serve", "--name", NAME, "--listen", endpoint]
         command += ["--folder", str(folder), "--jobs", str(_JOBS), "--die-with-parent"]
         if is_trusted:
             policy = sockets / _POLICY_FILE

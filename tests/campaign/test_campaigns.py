@@ -266,7 +266,7 @@ async def test_a_simulator_that_does_not_start_shows_its_reason(
 
 def start(*arguments: str, **more: Any) -> subprocess.Popen[bytes]:
     """Start a campaign."""
-    command = [sys.executable, "-m", "seoro.cli.main", "campaign", *arguments]
+    command = [sys.executable, "-m", "seoro", "campaign", *arguments]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more)
 
 

@@ -190,7 +190,7 @@ def staged(folder: Path) -> Iterator[Stage]:
             },
         }
         for name, arguments in commands.items():
-            command = [sys.executable, "-m", "seoro.cli.main", *arguments]
+            command = [sys.executable, "-m", "seoro", *arguments]
             command += ["--connect", stage.links[name].endpoint] if name in stage.links else []
             stage.parts[name] = Part(name, command, environment, folder / f"{name}.log")
             stage.parts[name].start()

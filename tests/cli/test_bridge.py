@@ -34,7 +34,7 @@ FEATURES = SimulatorFeatures(
     ("arguments", "words"),
     [
         (["ros2"], "expected either `--robot` or `--expose`"),
-        (["ros1", "--expose"], "invalid choice: 'ros1'"),
+        (["ros1", "--expose"], "unknown value `ros1`"),
         (["ros2", "--expose", "--domain", "300"], "invalid domain ID '300': expected 0 to 232"),
         (["ros2", "--expose", "--ros", "a", "--ros-listen", "b"], "not allowed with"),
     ],

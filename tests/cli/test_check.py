@@ -1,6 +1,7 @@
 """`seoro check`."""
 
 import json
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,12 @@ def test_good_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.osc").write_text("scenario main:\n    do serial:\n        emit end\n")
     assert main(["check", str(tmp_path / "a.osc")]) == 0
     assert capsys.readouterr().out == "1 file checked: no errors\n"
+
+
+def test_a_file_is_read_from_stdin(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(b"scenario main:\n    do nothing_known()\n")))
+    assert main(["check", "-"]) == 2
+    assert " --> <stdin>:2:8\n" in capsys.readouterr().err
 
 
 def test_errors_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -64,7 +64,7 @@ def started() -> Iterator[list[subprocess.Popen[str]]]:
 
 
 def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", "main.osc", *arguments]
+    command = [sys.executable, "-m", "seoro", "exec", "main.osc", *arguments]
     return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

@@ -39,7 +39,7 @@ def in_a_terminal(arguments: list[str], width: int, height: int) -> Iterator[tup
     environment = {
         name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS", "LINES")
     }
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", *arguments]
+    command = [sys.executable, "-m", "seoro", "exec", *arguments]
     process = subprocess.Popen(
         command, stdin=theirs, stdout=theirs, stderr=theirs, env={**environment, "TERM": "xterm-256color"}
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import seoro
+from seoro.cli.commands import GROUPS
 from seoro.cli.main import main
 from seoro.errors import BackendError, UsageError
 from seoro.security.keys import VARIABLE
@@ -19,8 +20,22 @@ def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--help"])
     assert caught.value.code == 0
     out = capsys.readouterr().out
-    for command in ("exec", "check", "fmt", "explain", "sim"):
-        assert f"\n    {command} " in out
+    for title, commands in GROUPS.items():
+        assert f"\n{title}:\n" in out
+        for command in commands:
+            assert f"\n  {command} " in out
+
+
+def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main([])
+    assert "run scenarios:" in capsys.readouterr().err
+
+
+def test_the_command_is_also_a_module() -> None:
+    command = [sys.executable, "-m", "seoro", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout == f"seoro {seoro.__version__}\n"
 
 
 @pytest.mark.parametrize("command", ["exec", "check", "fmt", "explain", "sim"])
@@ -37,7 +52,7 @@ def test_a_command_leaves_the_environment_of_its_caller_as_it_was(
     monkeypatch.delenv(VARIABLE, raising=False)
     if before is not None:
         monkeypatch.setenv(VARIABLE, before)
-    assert main(["keys", "list", "--keys", str(tmp_path / "none")]) == 2
+    assert main(["ps", "--executor", "tls/127.0.0.1:1", "--keys", str(tmp_path / "none")]) == 2
     assert os.environ.get(VARIABLE) == before
 
 
@@ -61,6 +76,9 @@ def test_importing_seoro_is_light() -> None:
     [
         (["exce", "x.osc"], "unknown command `exce`", "did you mean `exec`?"),
         (["sweep", "x.osc"], "`seoro sweep` was replaced", "use `seoro campaign run`"),
+        (["ros", "topc"], "unknown command `seoro ros topc`", "did you mean `topic`?"),
+        (["exec", "x.osc", "--clock", "vitual"], "unknown value `vitual` of `--clock`", "did you mean `virtual`?"),
+        (["keys", "xyz"], "unknown command `seoro keys xyz`", "expected init, add, renew"),
         (["xyzzy"], "unknown command `xyzzy`", "`seoro --help` lists the commands"),
         (["stop", "--all"], "unsupported option `--all`", "`seoro estop` stops all robots"),
         (["stop"], "expected either runs or `--mine`", "`seoro ps`"),
@@ -95,7 +113,7 @@ def test_a_closed_pipe_is_not_an_error(tmp_path: Path) -> None:
     file = tmp_path / "talk.osc"
     lines = "\n".join(f'        log("line {number}")' for number in range(3000))
     file.write_text(f"import osc.helpers\nscenario main:\n    do serial:\n{lines}\n")
-    command = f"{sys.executable} -m seoro.cli.main exec {file} | head -1"
+    command = f"{sys.executable} -m seoro exec {file} | head -1"
     done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert done.stderr == ""

@@ -402,7 +402,7 @@ def test_a_failed_download_makes_the_run_an_error(capsys: pytest.CaptureFixture[
 
 def start(*arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-m", "seoro.cli.main", *arguments],
+        [sys.executable, "-m", "seoro", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -140,7 +140,7 @@ def test_output_of_an_action_is_printed_at_once_and_again_by_attach(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     write_noise(NOISY)
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", "test.osc", "--on", NAME]
+    command = [sys.executable, "-m", "seoro", "exec", "test.osc", "--on", NAME]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
         assert running.stdout is not None
         lines: list[str] = []

@@ -87,16 +87,18 @@ def test_a_node_is_shown_with_its_endpoints(ros: Ros) -> None:
         (("graph", "--node", "robt"), "unknown node /robt", "did you mean `/robot`?"),
         (("topic", "echo", "/scna"), "unknown topic /scna", "did you mean `/scan`?"),
         (("topic", "info", "/scna"), "unknown topic /scna", "did you mean `/scan`?"),
-        (("topic", "echo", "/scan", "--member", "range"), "unknown member 'range' in 'range'", "ranges"),
+        (("topic", "echo", "/scan", "--field", "range"), "unknown member 'range' in 'range'", "ranges"),
         (
             ("topic", "pub", "/cmd_vel", "0.5"),
-            "invalid value '0.5': expected a mapping of members",
+            "invalid value '0.5': expected a mapping of fields",
             "write it as YAML",
         ),
+        (("topic", "pub", "/cmd_vel", "geometry_msgs/Twist", "{lin: 1}"), "`lin`", "did you mean `linear`?"),
+        (("topic", "pub", "/cmd_vel", "linear:", "{x: 1}"), "unexpected argument 'linear:'", "write it as YAML"),
         (("topic", "pub", "/cmd_vel", "{lin: 1}"), "`lin`", "did you mean `linear`?"),
         (("topic", "pub", "/cmd_vel", "{linear: {x: fast}}"), "`linear.x`: expected a number", ""),
         (("service", "call", "/enabled"), "unknown service /enabled", "did you mean `/enable`?"),
-        (("action", "send", "/fibonaci"), "unknown action /fibonaci", "did you mean `/fibonacci`?"),
+        (("action", "send_goal", "/fibonaci"), "unknown action /fibonaci", "did you mean `/fibonacci`?"),
     ],
 )
 def test_invalid_names_are_rejected_with_suggestions(
@@ -119,9 +121,9 @@ def test_topics_are_echoed_as_yaml_and_cut_off(ros: Ros) -> None:
 @pytest.mark.parametrize(
     ("more", "expected"),
     [
-        (("--member", "ranges.3"), "1.5\n"),
-        (("--member", "header.frame_id"), "lidar\n"),
-        (("--member", "header.stamp", "--json"), '{"sec": 0, "nanosec": 0}\n'),
+        (("--field", "ranges.3"), "1.5\n"),
+        (("--field", "header.frame_id"), "lidar\n"),
+        (("--field", "header.stamp", "--json"), '{"sec": 0, "nanosec": 0}\n'),
     ],
 )
 def test_members_are_echoed(ros: Ros, more: tuple[str, ...], expected: str) -> None:
@@ -141,7 +143,7 @@ def test_rates_are_measured(ros: Ros) -> None:
 
 
 def test_bursts_are_shown_whole_whatever_their_publisher_keeps(ros: Ros) -> None:
-    status, out, err = ros("topic", "echo", "/burst", "--member", "data", "-n", "100")
+    status, out, err = ros("topic", "echo", "/burst", "--field", "data", "-n", "100")
     assert (status, err) == (0, "")
     numbers = [int(line) for line in out.split()]
     assert numbers == list(range(numbers[0], numbers[0] + 100))
@@ -161,10 +163,10 @@ def test_messages_are_published(ros: Ros, robot: Robot) -> None:
 
 
 def test_publishing_fails_without_subscription(ros: Ros) -> None:
-    status, out, err = ros("topic", "pub", "/unused", "{}", "--type", "std_msgs/msg/String", "--wait", "0.1")
+    status, out, err = ros("topic", "pub", "/unused", "std_msgs/msg/String", "{}", "--wait", "0.1")
     assert (status, out) == (3, "")
     assert "no subscription to /unused within 0.1 s" in err
-    status, out, _ = ros("topic", "pub", "/unused", "{}", "--type", "std_msgs/msg/String", "--wait", "0")
+    status, out, _ = ros("topic", "pub", "/unused", "std_msgs/msg/String", "{}", "--wait", "0")
     assert (status, out) == (0, "published 1 message on /unused\n")
 
 
@@ -172,23 +174,28 @@ def test_services_are_listed_and_called(ros: Ros) -> None:
     _, out, _ = ros("service", "list")
     assert ["/enable", "std_srvs/srv/SetBool"] in [line.split() for line in out.splitlines()]
     assert ros("service", "call", "/enable", "{data: true}") == (0, "success: true\nmessage: 'on'\n", "")
-    assert ros("service", "call", "/enable", "--json") == (0, '{"success": false, "message": "off"}\n', "")
+    assert ros("service", "call", "/enable", "std_srvs/srv/SetBool", "{data: true}")[0] == 0
+    assert ros("service", "call", "/enable", "std_srvs/SetBool", "--json") == (
+        0,
+        '{"success": false, "message": "off"}\n',
+        "",
+    )
 
 
 def test_goals_are_sent(ros: Ros) -> None:
     assert ros("action", "list") == (0, "/fibonacci  example_interfaces/action/Fibonacci\n", "")
-    status, out, _ = ros("action", "send", "/fibonacci", "{order: 5}")
+    status, out, _ = ros("action", "send_goal", "/fibonacci", "{order: 5}")
     assert (status, out.splitlines()) == (
         0,
         ["/fibonacci accepted the goal", "succeeded", "  sequence: [0, 1, 1, 2, 3]"],
     )
-    status, out, _ = ros("action", "send", "/fibonacci", "{order: 500}")
+    status, out, _ = ros("action", "send_goal", "/fibonacci", "{order: 500}")
     assert (status, out) == (1, "the server of /fibonacci rejects the goal\n")
 
 
 def ended(robot: Robot, number: signal.Signals, begun: str, *arguments: str) -> tuple[int, str]:
     """Send a signal to a command after its expected first line; return its exit status and stderr."""
-    command = [sys.executable, "-m", "seoro.cli.main", "ros", *arguments, "--ros", robot.endpoint]
+    command = [sys.executable, "-m", "seoro", "ros", *arguments, "--ros", robot.endpoint]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         assert running.stdout is not None
         assert running.stderr is not None
@@ -203,7 +210,7 @@ def ended(robot: Robot, number: signal.Signals, begun: str, *arguments: str) -> 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signals_cancel_a_goal_with_a_message(number: signal.Signals, robot: Robot) -> None:
-    status, err = ended(robot, number, "/fibonacci accepted", "action", "send", "/fibonacci", "{order: 50}")
+    status, err = ended(robot, number, "/fibonacci accepted", "action", "send_goal", "/fibonacci", "{order: 50}")
     assert (status, err) == (128 + number, "the goal was canceled\n")
 
 
@@ -216,7 +223,7 @@ def test_signals_cancel_a_goal_with_a_message(number: signal.Signals, robot: Rob
     ids=["rejected", "ended by itself"],
 )
 def test_rejected_cancellations_are_reported(order: int, reported: str, robot: Robot) -> None:
-    goal = ("action", "send", "/fibonacci", f"{{order: {order}}}")
+    goal = ("action", "send_goal", "/fibonacci", f"{{order: {order}}}")
     assert ended(robot, signal.SIGTERM, "/fibonacci accepted", *goal) == (143, reported)
 
 
@@ -230,8 +237,9 @@ def test_bags_are_complete_when_a_signal_ends_recording(
 
 
 async def test_publishing_ends_by_signals(robot: Robot) -> None:
-    command = [sys.executable, "-m", "seoro.cli.main", "ros", "topic", "pub", "/beat", "{data: hello}"]
-    more = ["--type", "std_msgs/msg/String", "--rate", "50", "--ros", robot.endpoint]
+    message = ["std_msgs/msg/String", "{data: hello}"]
+    command = [sys.executable, "-m", "seoro", "ros", "topic", "pub", "/beat", *message]
+    more = ["--rate", "50", "--ros", robot.endpoint]
     async with (
         connect(robot.endpoint, dialect=RmwZenoh()) as system,
         system.node("listener") as node,
@@ -275,7 +283,7 @@ def test_parameters_rejected_by_a_node_are_reported(ros: Ros) -> None:
         (("topic", "pub", "/a", "{}", "--rate", "nan"), "expected a positive number, found 'nan'"),
         (("graph", "--domain", "300"), "invalid domain ID '300': expected 0 to 232"),
         (("topic", "echo", "/scan", "--once"), "unknown option `--once` of `seoro ros topic echo`"),
-        (("graph", "--dialect", "dds"), "invalid choice: 'dds'"),
+        (("graph", "--dialect", "dds"), "unknown value `dds` of `--dialect`"),
     ],
 )
 def test_wrong_command_lines_are_refused(

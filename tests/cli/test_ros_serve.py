@@ -49,7 +49,7 @@ class Served:
 
 def command(router: str, endpoint: str, *arguments: str) -> list[str]:
     found = ["ros", "serve", *arguments, "--executor", endpoint, "--ros", f"{router}?dialect=rmw_zenoh"]
-    return [sys.executable, "-m", "seoro.cli.main", *found]
+    return [sys.executable, "-m", "seoro", *found]
 
 
 @pytest.fixture(scope="module")

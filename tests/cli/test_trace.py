@@ -125,7 +125,7 @@ def test_a_wrong_option_is_refused(file: str, arguments: list[str]) -> None:
 
 
 def test_a_closed_pipe_ends_the_output(file: str) -> None:
-    command = [sys.executable, "-m", "seoro.cli.main", "trace", file]
+    command = [sys.executable, "-m", "seoro", "trace", file]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None and process.stderr is not None
         process.stdout.close()

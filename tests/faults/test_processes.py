@@ -255,7 +255,7 @@ async def test_a_killed_simulator_ends_its_run_as_an_error_and_the_next_run_star
 async def test_a_client_killed_during_a_submission_causes_no_second_run(tmp_path: Path) -> None:
     file = write(tmp_path, HELLO)
     with executor(tmp_path, "--jobs", "2") as lab:
-        command = [sys.executable, "-m", "seoro.cli.main", "exec", str(file), "--on", NAME]
+        command = [sys.executable, "-m", "seoro", "exec", str(file), "--on", NAME]
         command += ["--executor", lab.endpoint]
         for delay in (0.3, 0.4, 0.5, 0.6, 0.7):
             with subprocess.Popen(command, stdout=subprocess.DEVNULL) as running:

@@ -37,7 +37,7 @@ def start_seoro() -> Iterator[StartSeoro]:
 
     def start(*arguments: str) -> subprocess.Popen[str]:
         process = subprocess.Popen(
-            [sys.executable, "-m", "seoro.cli.main", *arguments],
+            [sys.executable, "-m", "seoro", *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -56,7 +56,7 @@ def start_seoro() -> Iterator[StartSeoro]:
 def mujoco_node() -> Iterator[str]:
     """Run one simulator node for many tests; yields its endpoint, for `--connect`."""
     endpoint = free_endpoint()
-    command = [sys.executable, "-m", "seoro.cli.main", "sim", "mujoco", "--listen", endpoint]
+    command = [sys.executable, "-m", "seoro", "sim", "mujoco", "--listen", endpoint]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert process.stdout is not None
         assert process.stdout.readline(), "the node did not start"

@@ -118,7 +118,7 @@ def folder(tmp_path: Path) -> Path:
 def endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Run a manually started simulator; return its endpoint."""
     found = f"unixsock-stream/{tmp_path_factory.mktemp('node')}/node.sock"
-    command = [sys.executable, "-m", "seoro.cli.main", "sim", "mujoco", "--listen", found]
+    command = [sys.executable, "-m", "seoro", "sim", "mujoco", "--listen", found]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as node:
         assert node.stdout is not None
         node.stdout.readline()

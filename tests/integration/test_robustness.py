@@ -102,7 +102,7 @@ def test_a_hanging_simulator_ends_the_run(start_seoro: StartSeoro, tmp_path: Pat
 def test_a_full_disk_ends_the_run_as_an_error(tmp_path: Path, size: int, words: str, left: list[str]) -> None:
     file, out = tmp_path / "drive.osc", tmp_path / "out"
     file.write_text(DRIVE)
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(file), "--sim", "mujoco", "--rate", "max"]
+    command = [sys.executable, "-m", "seoro", "exec", str(file), "--sim", "mujoco", "--rate", "max"]
     ended = run_on_full_disk([*command, "-o", str(out)], size)
     assert ended.returncode == 3
     assert words.format(out) in ended.stderr

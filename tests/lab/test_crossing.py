@@ -29,7 +29,7 @@ WRITTEN = "tcp/127.0.0.1:7460"  # where the lab files expect the bridge
 @contextmanager
 def command(*arguments: str) -> Iterator[None]:
     """Yield a command of seoro that has printed that it is ready."""
-    with subprocess.Popen([sys.executable, "-m", "seoro.cli.main", *arguments], stdout=subprocess.PIPE) as running:
+    with subprocess.Popen([sys.executable, "-m", "seoro", *arguments], stdout=subprocess.PIPE) as running:
         try:
             assert running.stdout is not None
             assert running.stdout.readline()

@@ -48,7 +48,7 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hall]:
 
 
 def seoro(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "seoro.cli.main", *arguments]
+    command = [sys.executable, "-m", "seoro", *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
 
 
@@ -189,7 +189,7 @@ async def test_an_emergency_stop_outlasts_restarts_of_named_simulators_only(
     make_engine("mujoco")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     endpoint = f"unixsock-stream/{tmp_path}/hall"
-    command = ("-m", "seoro.cli.main", "sim", "mujoco", "--world", "hall", "--listen", endpoint, "--rate", "1")
+    command = ("-m", "seoro", "sim", "mujoco", "--world", "hall", "--listen", endpoint, "--rate", "1")
     with process(*command, says=None):
         assert [outcome.error for outcome in await stop(endpoint)] == [""]
     (tmp_path / "hall").unlink()

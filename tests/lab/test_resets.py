@@ -169,7 +169,7 @@ async def test_stopping_a_finished_run_ends_its_reset(
 
 async def test_ctrl_c_ends_a_reset_at_once(rails: Rails, tmp_path: Path) -> None:
     lab = lab_with(tmp_path, rails, FOR_LONG)
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(tmp_path / "go.osc"), "--lab", str(lab.file)]
+    command = [sys.executable, "-m", "seoro", "exec", str(tmp_path / "go.osc"), "--lab", str(lab.file)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         await driving_back(rails)
         running.send_signal(signal.SIGINT)

@@ -187,7 +187,7 @@ def test_the_holder_that_a_run_waits_for_is_shown(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     async def follow() -> tuple[str, str]:
-        command = ["-m", "seoro.cli.main", "exec", str(tmp_path / "go.osc"), "--on", NAME, "--lab", str(lab.file)]
+        command = ["-m", "seoro", "exec", str(tmp_path / "go.osc"), "--on", NAME, "--lab", str(lab.file)]
         async with holding(rails):
             with subprocess.Popen(
                 [sys.executable, *command, "--when-free"], stderr=subprocess.PIPE, text=True

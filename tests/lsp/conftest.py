@@ -37,7 +37,7 @@ class Editor:
     async def start(self) -> dict[str, Any]:
         """Start and initialize the server; return its capabilities."""
         self.process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "seoro.cli.main", "lsp"),
+            *(sys.executable, "-m", "seoro", "lsp"),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.DEVNULL,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from seoro.cli.main import COMMANDS
+from seoro.cli.commands import COMMANDS
 from seoro.lang.explain import codes
 from tests.tools.reference import GENERATORS, PLACEHOLDER, insert
 

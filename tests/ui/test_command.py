@@ -31,7 +31,7 @@ def command(folder: Path, *arguments: str) -> Iterator[tuple[Browser, subprocess
     """Start `seoro ui`, and open its URL."""
     environment = {**os.environ, "XDG_STATE_HOME": str(folder / "state")}
     environment.pop("SEORO_EXECUTOR", None)
-    line = [sys.executable, "-m", "seoro.cli.main", "ui", *arguments, "--port", "0"]
+    line = [sys.executable, "-m", "seoro", "ui", *arguments, "--port", "0"]
     with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=environment, cwd=folder) as process:
         try:
             assert process.stdout is not None

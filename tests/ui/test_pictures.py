@@ -58,7 +58,7 @@ def written(folder: Path, pause: float = 1.0) -> Path:
 
 @asynccontextmanager
 async def running(file: Path, output: Path, *options: str) -> AsyncIterator[asyncio.subprocess.Process]:
-    command = ["-m", "seoro.cli.main", "exec", str(file), "--sim", "mujoco", "--seed", "1", "-o", str(output)]
+    command = ["-m", "seoro", "exec", str(file), "--sim", "mujoco", "--seed", "1", "-o", str(output)]
     process = await asyncio.create_subprocess_exec(
         sys.executable, *command, *options, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.PIPE
     )

@@ -71,7 +71,7 @@ def test_an_active_run_in_a_folder_is_followed_until_it_is_killed(
 ) -> None:
     (tmp_path / "long.osc").write_text(LONG)
     out = folder / "results" / "long"
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(tmp_path / "long.osc"), "-o", str(out)]
+    command = [sys.executable, "-m", "seoro", "exec", str(tmp_path / "long.osc"), "-o", str(out)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
         try:
             run = browser.run(lambda run: run["folder"] == str(out) and run["status"] == "running")

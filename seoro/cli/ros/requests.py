@@ -16,7 +16,7 @@ from seoro.bridges.ros2.errors import GoalRejected, NodeRefused
 from seoro.bridges.ros2.participant import RosNode
 from seoro.cli.exit_status import Exit
 from seoro.cli.ros.system import connected, find_node, resolve_type
-from seoro.cli.ros.values import as_json, as_yaml, read_value
+from seoro.cli.ros.values import as_json, as_yaml, read_words
 from seoro.errors import UsageError
 from seoro.runtime.contracts.backends import GoalStatus
 from seoro.text.printable import printable
@@ -24,11 +24,11 @@ from seoro.text.printable import printable
 
 async def call_service(options: argparse.Namespace) -> int:
     """Call a service and print its response."""
-    request = read_value(options.value)
+    given, request = read_words(options.words)
     async with connected(options) as node:
         service = node.resolve(options.name)
         known = node.graph.services(hidden=True)
-        type_name = resolve_type("service", service, options.type, known.get(service, ()), known)
+        type_name = resolve_type("service", service, given, known.get(service, ()), known)
         caller = await node_for_service(node, service, type_name)
         async with caller.calling(service, type_name) as client:
             await client.wait_for_server(options.timeout)
@@ -40,11 +40,11 @@ async def call_service(options: argparse.Namespace) -> int:
 
 async def send_goal(options: argparse.Namespace) -> int:
     """Send a goal and print its result; a signal cancels the goal."""
-    goal = read_value(options.value)
+    given, goal = read_words(options.words)
     async with connected(options) as node:
         action = node.resolve(options.name)
         known = node.graph.actions()
-        type_name = resolve_type("action", action, options.type, known.get(action, ()), known)
+        type_name = resolve_type("action", action, given, known.get(action, ()), known)
         return await _pursue(options, node, action, type_name, goal)
 
 

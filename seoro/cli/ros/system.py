@@ -70,9 +70,9 @@ def resolve_type(what: str, name: str, given: str | None, found: Sequence[str], 
             raise UsageError(
                 f"unknown {what} {name}",
                 help=near(name, names)
-                or f"{what}s: {', '.join(sorted(namesakes or names)) or 'none'}; give `--type` to wait for it",
+                or f"{what}s: {', '.join(sorted(namesakes or names)) or 'none'}; to wait for it, give its type",
             )
         case more:
             raise UsageError(
-                f"the {what} {name} has several types: {', '.join(more)}", help="choose one with `--type`"
+                f"the {what} {name} has several types: {', '.join(more)}", help=f"give one of them after `{name}`"
             )

@@ -26,7 +26,7 @@ from seoro.bridges.ros2.wire.qos import matching_qos
 from seoro.bridges.session import Bound
 from seoro.cli.exit_status import Exit
 from seoro.cli.ros.system import connected, resolve_type
-from seoro.cli.ros.values import as_json, as_yaml, count_of, read_value
+from seoro.cli.ros.values import as_json, as_yaml, count_of, read_words
 from seoro.cli.tables import table
 from seoro.errors import BackendError
 
@@ -95,10 +95,10 @@ async def echo(options: argparse.Namespace) -> int:
 
 
 def _shown(options: argparse.Namespace, message: Message) -> str:
-    found = member_of(plain(message), options.member or "")
+    found = member_of(plain(message), options.field or "")
     if options.json:
         return as_json(found)
-    return as_yaml(found, full=options.full) + ("" if options.member else "\n---")
+    return as_yaml(found, full=options.full) + ("" if options.field else "\n---")
 
 
 async def measure_rate(options: argparse.Namespace) -> int:
@@ -155,10 +155,10 @@ async def _subscribed(
 
 async def publish(options: argparse.Namespace) -> int:
     """Publish a message once, several times, or at a rate until Ctrl-C."""
-    value = read_value(options.value)
+    given, value = read_words(options.words)
     async with connected(options) as node:
         topic = node.resolve(options.name)
-        type_name = _topic_type(node, topic, options.type)
+        type_name = _topic_type(node, topic, given)
         node.system.types.encode(type_name, value)  # reports errors before it waits
         qos = PRESETS[options.qos] if options.qos else None
         async with node.publishing(topic, type_name, qos) as publication:

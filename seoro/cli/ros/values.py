@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import yaml
@@ -17,8 +18,38 @@ MANY = 16  # shown elements of a list
 LONG = 200  # shown characters of a text
 
 
-def read_value(text: str) -> Mapping[str, Any]:
-    """Parse the members of a message from YAML or JSON; an empty text gives no members.
+def read_words(words: Sequence[str]) -> tuple[str | None, Mapping[str, Any]]:
+    """Read the type and the value of a message, as `ros2` has them; both may be missing.
+
+    Args:
+        words: Arguments after the name of the topic, service or action.
+
+    Returns:
+        The type if it is given, and the fields of the value.
+
+    Raises:
+        UsageError: There are more words, or the value is not a mapping.
+    """
+    match words:
+        case []:
+            return None, {}
+        case [word] if _TYPE.fullmatch(word):
+            return word, {}
+        case [value]:
+            return None, _read_value(value)
+        case [type_name, value] if _TYPE.fullmatch(type_name):
+            return type_name, _read_value(value)
+    unexpected = words[0] if len(words) == 2 else words[2]
+    raise UsageError(
+        f"unexpected argument {unexpected!r}: expected [TYPE] VALUE", help=f"quote the value; {_EXAMPLE}"
+    )
+
+
+_TYPE = re.compile(r"[A-Za-z]\w*(/(msg|srv|action))?/[A-Za-z]\w*")
+
+
+def _read_value(text: str) -> Mapping[str, Any]:
+    """Parse the fields of a message from YAML or JSON; an empty text gives no fields.
 
     Raises:
         UsageError: The text is not a mapping.
@@ -28,7 +59,7 @@ def read_value(text: str) -> Mapping[str, Any]:
     except ValueError as error:
         raise UsageError(f"invalid value: {error}", help=_EXAMPLE) from error
     if not isinstance(value, dict) or not all(isinstance(name, str) for name in value):
-        raise UsageError(f"invalid value {text!r}: expected a mapping of members", help=_EXAMPLE)
+        raise UsageError(f"invalid value {text!r}: expected a mapping of fields", help=_EXAMPLE)
     return value
 
 

@@ -208,6 +208,6 @@ def open_authority(path: Path) -> Authority:
     if not folder.authority_key.exists():
         raise InvalidKeys(
             f"missing lab key in {path}",
-            help="create it by `seoro keys init LAB`, or name its folder with `--keys DIR`",
+            help="create it by `seoro keys init LAB`, or name its folder with `--authority DIR`",
         )
     return Authority(folder, *read_pair(folder.authority_key, folder.authority))

@@ -68,7 +68,7 @@ scenario main:
 async def test_a_topic_is_echoed_by_the_definition_of_the_robot(tmp_path: Path, router: str) -> None:
     command = [
         *(sys.executable, "-c", "import sys; from seoro.cli.main import main; sys.exit(main(sys.argv[1:]))"),
-        *("ros", "topic", "echo", "/state", "--member", "header.frame_id", "--count", "1", "--ros", router),
+        *("ros", "topic", "echo", "/state", "--field", "header.frame_id", "--count", "1", "--ros", router),
     ]
     async with telling_robot(router, tmp_path):
         with anyio.fail_after(30.0):

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from unittest.mock import patch
 
 from seoro.cli import main as command_line
+from seoro.cli.commands import COMMANDS
 from tests.tools.reference.tables import cell, code, table
 
 
@@ -18,7 +19,7 @@ def commands() -> str:
 
 
 def _parsers() -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    for name in command_line.COMMANDS:
+    for name in COMMANDS:
         parser = command_line._parser([name])
         yield name, _below(parser)[name]
 

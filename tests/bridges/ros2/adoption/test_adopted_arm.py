@@ -28,7 +28,7 @@ def test_an_adopted_arm_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     for limit in ("START_TIMEOUT", "MESSAGE_TIMEOUT"):  # the simulator is starting
         monkeypatch.setattr(f"seoro.bridges.ros2.adoption.survey.{limit}", 60.0)
     make_engine("mujoco")
-    seoro = ("-m", "seoro.cli.main")
+    seoro = ("-m", "seoro")
     simulator, router, bridge = (free_endpoint() for _ in range(3))
     simulating = ("sim", "mujoco", "--world", "arm_cell", "--rate", "1", "--listen", simulator)
     exposing = ("bridge", "ros2", "--expose", "--simulator", simulator, "--ros-listen", router)

@@ -134,7 +134,7 @@ class Ros2:
     async def router(self, kind: str, endpoint: str) -> AsyncIterator[Running]:
         """Yield a router of `seoro` or of rmw_zenoh (`zenoh 1.8.0`)."""
         if kind == "seoro":
-            command = [sys.executable, "-m", "seoro.cli.main", "router", "--listen", endpoint]
+            command = [sys.executable, "-m", "seoro", "router", "--listen", endpoint]
             async with running(command, "Ctrl-C") as router:
                 yield router
             return

@@ -21,7 +21,7 @@ from tests.routers import free_endpoint
 
 pytestmark = [pytest.mark.anyio, pytest.mark.ros2]
 
-SEORO = (sys.executable, "-m", "seoro.cli.main")
+SEORO = (sys.executable, "-m", "seoro")
 SCENARIO = """
 import osc.driving
 import osc.helpers

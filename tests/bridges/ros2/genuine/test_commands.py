@@ -14,8 +14,8 @@ from tests.bridges.ros2.genuine.conftest import DEADLINE, Ros2, Running, running
 
 pytestmark = [pytest.mark.anyio, pytest.mark.ros2]
 
-SEORO = (sys.executable, "-m", "seoro.cli.main")
-GOAL = ("action", "send", "/fibonacci")
+SEORO = (sys.executable, "-m", "seoro")
+GOAL = ("action", "send_goal", "/fibonacci")
 
 
 async def ros(router: str, *arguments: str) -> str:
@@ -55,7 +55,7 @@ async def test_commands_show_the_graph_and_its_messages(ros2: Ros2, router: str)
         assert await ros(router, "service", "call", "/enable", "{data: true}") == "success: true\nmessage: 'on'\n"
         # types that seoro does not bring: the node is asked
         assert "string_value: HELLO\n" in await ros(router, "service", "call", "/basic", "{string_value: hello}")
-        assert "42\n" in await ros(router, "topic", "echo", "/basics", "-n", "1", "--member", "int32_value")
+        assert "42\n" in await ros(router, "topic", "echo", "/basics", "-n", "1", "--field", "int32_value")
 
 
 async def test_a_signal_cancels_a_goal(ros2: Ros2, router: str) -> None:

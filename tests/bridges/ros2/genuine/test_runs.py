@@ -33,7 +33,7 @@ async def test_genuine_nodes_start_and_stop_runs(ros2: Ros2, router: str, tmp_pa
     scenarios.mkdir()
     (scenarios / "long.osc").write_text(LONG)
     with executor(tmp_path) as lab:
-        command = [sys.executable, "-m", "seoro.cli.main", "ros", "serve", str(scenarios), "--on", NAME]
+        command = [sys.executable, "-m", "seoro", "ros", "serve", str(scenarios), "--on", NAME]
         command += ["--executor", lab.endpoint, "--ros", router]
         async with steered(ros2, router) as genuine, running(command, "Ctrl-C"):
             await genuine.ask("subscribe", topic=RUNS, type=DIAGNOSTICS, durability="transient_local", depth=1)

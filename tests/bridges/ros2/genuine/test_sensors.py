@@ -50,7 +50,7 @@ async def test_a_run_waits_for_the_force_of_a_genuine_node(ros2: Ros2, router: s
     profile, end = tmp_path / "rover.yaml", Ends()
     profile.write_text(PROFILE)
     endpoint = f"unixsock-stream/{tmp_path}/bridge"
-    bridge = [sys.executable, "-m", "seoro.cli.main", "bridge", "ros2", "--robot", f"{profile}:rover"]
+    bridge = [sys.executable, "-m", "seoro", "bridge", "ros2", "--robot", f"{profile}:rover"]
     async with (
         ros2.node(router, "presser", "wrist/wrench"),
         running([*bridge, "--ros", router, "--listen", endpoint], endpoint),

@@ -144,7 +144,7 @@ async def test_genuine_nodes_see_the_state_of_a_run(ros2: Ros2, router: str, tmp
     file = tmp_path / "waits.osc"
     file.write_text("import osc.helpers\nscenario waits:\n    do wait elapsed(600s)\n")
     topic = {"topic": BEHAVIORS, "type": "diagnostic_msgs/msg/DiagnosticArray"}
-    command = [sys.executable, "-m", "seoro.cli.main", "exec", str(file), "--ros", router]
+    command = [sys.executable, "-m", "seoro", "exec", str(file), "--ros", router]
     async with (
         steered(ros2, router) as genuine,
         running(command, "seed"),

@@ -33,7 +33,7 @@ async def test_the_commands_of_the_tutorial_lead_to_a_passing_scenario(
     def command(line: str) -> list[str]:
         seoro, *words = shlex.split(line)
         assert seoro == "seoro"
-        return [sys.executable, "-m", "seoro.cli.main", *words, *options.get(" ".join([seoro, *words[:2]]), [])]
+        return [sys.executable, "-m", "seoro", *words, *options.get(" ".join([seoro, *words[:2]]), [])]
 
     async def type_commands(block: Block) -> None:
         for line, expected in commands_in(block):

@@ -137,7 +137,7 @@ def test_the_next_bridge_cancels_orphaned_goals(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_bridge_cancels_orphaned_goals_of_other_clients(tmp_path: Path) -> None:
-    send = ["ros", "action", "send", "/tb/navigate_to_pose", "{pose: {pose: {position: {x: 90.0}}}}"]
+    send = ["ros", "action", "send_goal", "/tb/navigate_to_pose", "{pose: {pose: {position: {x: 90.0}}}}"]
     with alone(tmp_path) as robot:
         command = [sys.executable, "-c", SEORO, *send, "--ros", robot.router]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL) as sender:
