@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from functools import partial
 
-from seoro.actions.nav2_localization import wait_until_localized
+from seoro.actions.nav2_localization import LOCALISED, wait_until_localized
 from seoro.actions.nav2_requests import call_service
 from seoro.actions.reports import finish
-from seoro.actions.ros_robots import full_name
+from seoro.actions.ros_robots import full_name, observed_namespace
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import LocalisedRobots
-from seoro.runtime.contracts.ros2 import Ros2System
+from seoro.runtime.contracts.ros2 import ObservedSystem, Ros2System
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
@@ -27,11 +27,13 @@ async def reinitialize_global_localization(ctx: ActionContext, robot: Actor) -> 
     await ctx.ask(robots.reinitialize_global_localization(name))
 
 
-@action("differential_drive_robot.wait_for_localization", home=LocalisedRobots | Ros2System)
+@action("differential_drive_robot.wait_for_localization", home=LocalisedRobots | ObservedSystem)
 async def wait_for_localization(ctx: ActionContext, robot: Actor) -> None:
     """Wait until the robot has localized itself."""
     if not ctx.is_home(robot, LocalisedRobots):
-        await wait_until_localized(ctx, robot, "")
+        system, name = ctx.home(robot, ObservedSystem)
+        topic = full_name(robot, observed_namespace(robot, system, name), LOCALISED)
+        await wait_until_localized(ctx, system, topic)
         return
     robots, name = ctx.home(robot, LocalisedRobots)
     await finish(ctx, partial(robots.watch_localization, name), robots.cancel_watch)

@@ -12,10 +12,11 @@ from typing import Any
 
 from seoro.actions.goals import pursue
 from seoro.actions.localization import wait_for_localization
-from seoro.actions.nav2_localization import set_initial_pose, wait_until_active, wait_until_localized
+from seoro.actions.nav2_localization import LOCALISED, set_initial_pose, wait_until_active, wait_until_localized
 from seoro.actions.nav2_requests import BASE, run_goal, stamped, stamped_poses
 from seoro.actions.ros_only import refuse_unless
 from seoro.actions.ros_robots import full_name
+from seoro.actions.ros_support import system_of
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.actions.context import ActionContext
@@ -73,7 +74,7 @@ async def _init_in_ros(
     if pose is not None:
         await set_initial_pose(ctx, robot, pose, namespace)
     elif wait_for_initial_pose:
-        await wait_until_localized(ctx, robot, namespace)
+        await wait_until_localized(ctx, system_of(ctx), full_name(robot, namespace, LOCALISED))
     await wait_until_active(ctx, full_name(robot, namespace, "bt_navigator"))
 
 

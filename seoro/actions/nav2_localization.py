@@ -11,10 +11,11 @@ from seoro.actions.ros_support import as_action_failure, log_missing, next_messa
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.ros2 import Ros2System, Wanted
+from seoro.runtime.contracts.ros2 import ObservedSystem, Ros2System, Wanted
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
+LOCALISED = "amcl_pose"
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 QOS = "system_default_reliable"
 LATCHED = "system_default_transient_local"
@@ -32,7 +33,7 @@ async def set_initial_pose(ctx: ActionContext, robot: Actor, pose: Pose3D, names
     """
     if not all(map(math.isfinite, (pose.position.x, pose.position.y, pose.orientation.yaw))):
         raise ActionFailed("invalid initial pose: expected finite numbers")
-    system, topic = system_of(ctx), full_name(robot, namespace_override, "amcl_pose")
+    system, topic = system_of(ctx), full_name(robot, namespace_override, LOCALISED)
     covariance = [VARIANCES.get(index, 0.0) for index in range(36)]
     message = {"header": {"frame_id": MAP}, "pose": {"pose": pose_message(pose), "covariance": covariance}}
     initial = full_name(robot, namespace_override, "initialpose")
@@ -54,11 +55,16 @@ async def set_initial_pose(ctx: ActionContext, robot: Actor, pose: Pose3D, names
     )
 
 
-async def wait_until_localized(ctx: ActionContext, robot: Actor, namespace_override: str) -> None:
-    """Wait for a pose of the localization, also an earlier one."""
-    topic = full_name(robot, namespace_override, "amcl_pose")
+async def wait_until_localized(ctx: ActionContext, system: ObservedSystem, topic: str) -> None:
+    """Wait for a pose of the localization, also an earlier one.
+
+    Args:
+        ctx: Context of the action.
+        system: System of the robot.
+        topic: Topic of the pose.
+    """
     with as_action_failure(), log_missing(ctx, lambda: f"a pose on {topic}"):
-        async with system_of(ctx).subscribing(topic, POSE, LATCHED) as poses:
+        async with system.subscribing(topic, POSE, LATCHED) as poses:
             await next_message(ctx, poses)
 
 

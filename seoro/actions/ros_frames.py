@@ -15,12 +15,13 @@ import anyio
 
 from seoro.actions.reports import finish, meanwhile
 from seoro.actions.ros_only import refuse_unless
-from seoro.actions.ros_support import as_action_failure, log_missing, next_message, system_of
+from seoro.actions.ros_robots import observed_namespace
+from seoro.actions.ros_support import as_action_failure, log_missing, next_message, observed_system
 from seoro.errors import ActionFailed, BackendLost
 from seoro.robotics.geometry import Position3D
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import MobileRobots
-from seoro.runtime.contracts.ros2 import FramePose, ObservedSystem, Ros2System, RosClock, RosFrames
+from seoro.runtime.contracts.ros2 import FramePose, ObservedSystem, RosClock, RosFrames
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
@@ -49,7 +50,7 @@ async def tf_close_to(
         await finish(ctx, watch, robots.cancel_watch)
         return
     system, name = ctx.home(robot, ObservedSystem)
-    namespace = _namespace(robot, namespace_override) or system.namespace_of(name)
+    namespace = observed_namespace(robot, system, name, namespace_override)
     distance = math.inf
     with as_action_failure():
         async with system.frames(namespace, lambda text: ctx.relay([text])) as frames:
@@ -77,7 +78,7 @@ async def odometry_distance_traveled(
         await finish(ctx, partial(robots.watch_distance, name, distance), robots.cancel_watch)
         return
     system, name = ctx.home(robot, ObservedSystem)
-    namespace = _namespace(robot, namespace_override) or system.namespace_of(name)
+    namespace = observed_namespace(robot, system, name, namespace_override)
     topic = f"/{namespace}/odom" if namespace else "/odom"
     travelled, last = 0.0, None
     with as_action_failure(), log_missing(ctx, lambda: f"{distance:g} m on {topic}; found {travelled:.3g} m"):
@@ -92,14 +93,10 @@ async def odometry_distance_traveled(
                 last = position
 
 
-def _namespace(robot: Actor, override: str) -> str:
-    return (override or str(robot.fields.get("namespace", ""))).strip("/")
-
-
 # ---------------------------------------------------------------- movement
 
 
-@action("assert_tf_moving", anywhere=Ros2System, open_ended=True)
+@action("assert_tf_moving", anywhere=ObservedSystem, open_ended=True)
 async def assert_tf_moving(
     ctx: ActionContext,
     frame_id: str,
@@ -114,7 +111,7 @@ async def assert_tf_moving(
     """Watch a frame, and fail if it does not move or turn fast enough for too long."""
     if timeout <= 0.0:
         raise ActionFailed(f"invalid `timeout`: expected more than 0 s, found {timeout:g} s")
-    movement, system = _Movement(threshold_translation, threshold_rotation), system_of(ctx)
+    movement, system = _Movement(threshold_translation, threshold_rotation), observed_system(ctx)
     waited = time.monotonic()  # start of the current wait, on the clock of outages
 
     def note(text: str) -> None:
@@ -122,7 +119,7 @@ async def assert_tf_moving(
 
     with as_action_failure():
         async with system.frames(tf_topic_namespace, note) as frames, system.clock(note) as followed:
-            clock = _Time(followed if use_sim_time else _MachineClock())
+            clock = _Time(followed if use_sim_time else system.machine_clock())
             poses = partial(frames.next_pose, frame_id, parent_frame_id)
             rested = await meanwhile(ctx, clock.started())  # time of the last known motion
             if wait_for_first_transform:
@@ -138,20 +135,6 @@ async def assert_tf_moving(
                         raise BackendLost(loss)
                     absence = frames.describe_absence(frame_id, parent_frame_id)
                     raise ActionFailed(absence or movement.describe_stillness(frame_id, parent_frame_id, timeout))
-
-
-class _MachineClock:
-    """The monotonic clock of this machine, as a `RosClock`."""
-
-    jumps = 0
-
-    def at(self, arrived: float) -> float:
-        """Return the current time [s]."""
-        return time.monotonic()
-
-    async def wait_until(self, moment: float) -> None:
-        """Wait until a time [s]."""
-        await anyio.sleep(max(0.0, moment - time.monotonic()))
 
 
 class _Time:
@@ -173,7 +156,7 @@ class _Time:
 
     def now(self) -> float:
         """Return the current time."""
-        found = self._clock.at(time.time())
+        found = self._clock.now()
         self._now = self._now if found is None else found
         return self._now
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from seoro.actions.reports import meanwhile
-from seoro.actions.ros_support import as_action_failure, log_missing, system_of
+from seoro.actions.ros_support import as_action_failure, log_missing, observed_system
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.ros2 import Ros2System
+from seoro.runtime.contracts.ros2 import ObservedSystem
 from seoro.runtime.functions.actions import action
 
 GONE, FINAL = "gone", "finalized"  # a node may disappear after its last state
 
 
-@action("assert_lifecycle_state", anywhere=Ros2System, open_ended=True)
+@action("assert_lifecycle_state", anywhere=ObservedSystem, open_ended=True)
 async def assert_lifecycle_state(
     ctx: ActionContext,
     node_name: str,
@@ -33,7 +33,7 @@ async def assert_lifecycle_state(
         raise ActionFailed("`state_sequence` is empty; expected at least one state")
     place = -1  # index of the last state reached
     with as_action_failure(), log_missing(ctx, lambda: _missing(node_name, sequence, place)):
-        async with system_of(ctx).lifecycle(node_name) as states:
+        async with observed_system(ctx).lifecycle(node_name) as states:
             while True:
                 state = await meanwhile(ctx, anext(states))
                 found = _place(state, sequence, place, may_skip=allow_initial_skip)

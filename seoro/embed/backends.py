@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import field
 from functools import cache, partial
@@ -17,7 +17,7 @@ from seoro.lang.frozen import Value
 from seoro.lang.plan import ActorType, Plan
 from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.execution.assignment import Placement
-from seoro.runtime.kernel.clock import Clock, RealClock, SimulatorClock, TimeServer, VirtualClock
+from seoro.runtime.kernel.clock import Clock, FollowedClock, RealClock, SimulatorClock, TimeServer, VirtualClock
 from seoro.runtime.trace.reader import ReadClock, Readers
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ class OpenBackends(Value):
         backends: All backends.
         placements: Explicit assignments of actors to robots.
         teardown: Teardown of its robots after the run.
+        settle: Waits until tasks that follow the time of the run have reported; None without such tasks.
     """
 
     simulator: SimulatorNode | None = None
@@ -47,6 +48,7 @@ class OpenBackends(Value):
     backends: tuple[Backend, ...] = ()
     placements: Mapping[str, Placement] = field(default_factory=dict)
     teardown: Teardown | None = None
+    settle: Callable[[], Awaitable[None]] | None = None
 
 
 @asynccontextmanager
@@ -87,7 +89,7 @@ async def open_backends(
             yield OpenBackends(node, node, (node,))
     elif options.bag is not None:
         system = open_bag_system(options.bag)
-        yield OpenBackends(time=system, backends=(system,))
+        yield OpenBackends(time=system, settle=system.settle, backends=(system,))
     else:
         yield OpenBackends()
 
@@ -211,13 +213,13 @@ def _ros_options(ros: Ros) -> RosOptions:
 
 
 def make_clock(
-    name: ClockName, node: TimeServer | None, rate: float, readers: Readers, debugger: Debugger | None = None
+    name: ClockName, opened: OpenBackends, rate: float, readers: Readers, debugger: Debugger | None = None
 ) -> Clock:
     """Make the clock of a run.
 
     Args:
         name: Name of the clock.
-        node: Simulator or bag that provides the time, if any.
+        opened: Backends of the run, with the simulator or bag that provides the time, if any.
         rate: Rate of the simulator, in simulated seconds per second.
         readers: Readers of the trace; virtual and simulated time wait for them.
         debugger: Debugger of the run, which stops its time, too.
@@ -225,13 +227,20 @@ def make_clock(
     Raises:
         UsageError: The clock cannot be stopped for the debugger.
     """
+    node = opened.time
     if node is None and name != "virtual":
         if debugger is not None:
             raise UsageError(
                 "a run on the real clock cannot be paused", help="choose the virtual clock, or a simulator"
             )
         return RealClock()
-    clock = SimulatorClock(node, rate) if node is not None else VirtualClock()
+    clock: VirtualClock | SimulatorClock
+    if node is None:
+        clock = VirtualClock()
+    elif opened.settle is None:
+        clock = SimulatorClock(node, rate)
+    else:
+        clock = FollowedClock(node, rate, opened.settle)
     if debugger is None:
         return ReadClock(clock, readers)
     from seoro.runtime.debug.clock import DebugClock  # noqa: PLC0415 - for runs that are debugged

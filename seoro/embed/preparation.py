@@ -53,7 +53,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
     ):
         settings = Settings(
             seed=seed,
-            clock=make_clock(clock, opened.time, rate, readers, options.debugger),
+            clock=make_clock(clock, opened, rate, readers, options.debugger),
             rate=math.inf if opened.simulator is None else rate,
             backends=(*opened.backends, *systems),
             placements=opened.placements,

@@ -44,4 +44,4 @@ def open_recorded(lab: Lab, actors: Collection[str], selectors: Mapping[str, Sel
     placements = {
         actor: Placement(Home(system, robot), None, lab.position_of(robot)) for actor, robot in bound.items()
     }
-    return OpenBackends(time=system, backends=(system,), placements=placements)
+    return OpenBackends(time=system, settle=system.settle, backends=(system,), placements=placements)

@@ -125,3 +125,117 @@ def test_a_damaged_bag_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[
     file.write_text(HEAD + "    do wait elapsed(1s)\n")
     assert main(["accept", str(bag), str(file)]) == 2
     assert "a.mcap" in capsys.readouterr().err
+
+
+POSE, TRANSITION = "geometry_msgs/msg/PoseWithCovarianceStamped", "lifecycle_msgs/msg/TransitionEvent"
+STATES = {"unconfigured": 1, "inactive": 2, "active": 3, "configuring": 10, "activating": 13}
+
+
+def place(x: float, second: float) -> bytes:
+    at = round(second * 1e9)
+    message = {
+        "header": {"frame_id": "map", "stamp": {"sec": at // SECOND, "nanosec": at % SECOND}},
+        "child_frame_id": "base_link",
+        "transform": {"translation": {"x": x}, "rotation": {"w": 1.0}},
+    }
+    return TYPES.encode(TF, {"transforms": [message]})
+
+
+def transition(start: str, goal: str) -> bytes:
+    states = {
+        f"{end}_state": {"id": STATES[name], "label": name} for end, name in (("start", start), ("goal", goal))
+    }
+    return TYPES.encode(TRANSITION, states)
+
+
+@pytest.fixture
+async def drive(tmp_path: Path) -> Path:
+    """A robot that drives for 2 s and stands for 3 s. It is localised at 1 s, and a node becomes active."""
+    topics = [
+        BagTopic(name, type_name, TYPES.type_hash(type_name), qos)
+        for name, type_name, qos in (
+            ("/tf", TF, ()),
+            ("/amcl_pose", POSE, (LATCHED,)),
+            ("/planner/transition_event", TRANSITION, ()),
+        )
+    ]
+    messages = [("/tf", place(min(step / 10, 2.0), step / 10), step * SECOND // 10) for step in range(51)]
+    messages.append(("/amcl_pose", TYPES.encode(POSE, {}), SECOND))
+    for second, start, goal in (
+        (1.0, "unconfigured", "configuring"),
+        (1.1, "configuring", "inactive"),
+        (2.0, "inactive", "activating"),
+        (2.5, "activating", "active"),
+    ):
+        messages.append(("/planner/transition_event", transition(start, goal), round(second * SECOND)))
+    return await write(tmp_path / "drive", sorted(messages, key=lambda each: each[2]), *topics)
+
+
+MOVING = 'assert_tf_moving("base_link", "map", {})'
+LIFE = 'assert_lifecycle_state("/planner", [{}], keep_running: false)'
+BECOMES_ACTIVE = LIFE.format(
+    ", ".join(f"lifecycle_state!{name}" for name in ("unconfigured", "inactive", "active"))
+)
+
+
+@pytest.mark.parametrize("rate", ["", "use_sim_time: true, "])
+def test_a_recorded_frame_moves(drive: Path, rate: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The time of the bag counts, not that of the machine."""
+    moving = MOVING.format(f"{rate}timeout: 1s")
+    for _ in range(2):
+        status, output = accept(drive, f"    do parallel(duration: 2.9s):\n        {moving}\n", capsys)
+        assert status == 0, output
+    status, output = accept(drive, f"    do {moving}\n", capsys)
+    assert (status, "has not moved in `map` for 1 s" in output) == (1, True), output
+    trace = drive.parent / "trace.jsonl"
+    assert main(["accept", str(drive), str(drive.parent / "monitor.osc"), "--trace", str(trace)]) == 1
+    end = json.loads(trace.read_text().splitlines()[-1])
+    assert end["t"] == pytest.approx(3.0, abs=0.21)  # after the last window of 0.2 s with motion
+
+
+def test_a_recorded_robot_is_localised(drive: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    head, body = "    do serial:\n", "        robot.wait_for_localization()\n"
+    file = drive.parent / "monitor.osc"
+    for before, seconds in (("", 1.0), ("        wait elapsed(3s)\n", 3.0)):
+        file.write_text(
+            HEAD.replace("import osc.ros", "import osc.ros\nimport osc.localization") + head + before + body
+        )
+        assert main(["accept", "--json", str(drive), str(file)]) == 0
+        assert json.loads(capsys.readouterr().out)["duration"] == seconds
+
+
+@pytest.mark.parametrize(
+    ("body", "duration"),
+    [
+        (BECOMES_ACTIVE, 2.5),
+        (
+            "serial:\n        wait elapsed(1.5s)\n        "
+            + LIFE.format("lifecycle_state!inactive, lifecycle_state!active"),
+            2.5,
+        ),
+        (f"serial:\n        wait elapsed(3s)\n        {LIFE.format('lifecycle_state!active')}", 3.0),
+    ],
+)
+def test_a_recorded_node_goes_through_its_states(
+    drive: Path, body: str, duration: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = drive.parent / "monitor.osc"
+    file.write_text(f"{HEAD}    do {body}\n")
+    assert main(["accept", "--json", str(drive), str(file)]) == 0
+    assert json.loads(capsys.readouterr().out)["duration"] == duration
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (LIFE.format("lifecycle_state!active"), "/planner is unconfigured; expected active"),
+        (LIFE.replace("planner", "plan").format("lifecycle_state!active"), "has no topic /plan/transition_event"),
+        (
+            f"serial:\n        wait elapsed(1s)\n        {LIFE.format('lifecycle_state!active')}",
+            "/planner is inactive",
+        ),
+    ],
+)
+def test_other_states_fail(drive: Path, body: str, reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+    status, output = accept(drive, f"    do {body}\n", capsys)
+    assert (status, reason in output) == (1, True), output

@@ -17,7 +17,7 @@ from seoro.bridges.ros2.clients.lifecycle import watching_lifecycle
 from seoro.bridges.ros2.clients.members import Members
 from seoro.bridges.ros2.clients.parameters import set_parameter
 from seoro.bridges.ros2.clients.presence import Presence, full_name
-from seoro.bridges.ros2.clock import SharedClock
+from seoro.bridges.ros2.clock import MachineClock, SharedClock
 from seoro.bridges.ros2.descriptions import node_for_service
 from seoro.bridges.ros2.endpoints import RosPublisher, RosSubscription
 from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
@@ -193,6 +193,10 @@ class RosBackend:
     def clock(self, note: contract.Note) -> AbstractAsyncContextManager[SharedClock]:
         """Follow the time of the system."""
         return self._clock.using(note)
+
+    def machine_clock(self) -> MachineClock:
+        """Return the clock of this machine."""
+        return MachineClock()
 
     @asynccontextmanager
     async def frames(self, namespace: str, note: contract.Note) -> AsyncIterator[FramePoses]:

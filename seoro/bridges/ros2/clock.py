@@ -96,6 +96,24 @@ class SimClock:
             self._on_back()
 
 
+class MachineClock:
+    """The monotonic clock of this machine; see `contracts.ros2.RosClock`."""
+
+    jumps = 0
+
+    def now(self) -> float:
+        """Return the present time [s]."""
+        return time.monotonic()
+
+    def at(self, arrived: float) -> float:
+        """Return the present time [s]."""
+        return self.now()
+
+    async def wait_until(self, moment: float) -> None:
+        """Wait until a time [s]."""
+        await anyio.sleep(max(0.0, moment - self.now()))
+
+
 @dataclass(frozen=True)
 class _User:
     note: Note
@@ -124,6 +142,10 @@ class SharedClock:
         """Number of jumps."""
         return self._clock.jumps
 
+    def now(self) -> float | None:
+        """Return the present time [s]; None before the first clock message."""
+        return self.at(time.time())
+
     def at(self, arrived: float) -> float | None:
         """Return the time [s] at an arrival, given by the clock of this machine [s].
 
@@ -136,7 +158,7 @@ class SharedClock:
     async def wait_until(self, moment: float) -> None:
         """Wait until a time [s], or until the time jumps."""
         jumps = self.jumps
-        while self.jumps == jumps and ((now := self.at(time.time())) is None or now < moment):
+        while self.jumps == jumps and ((now := self.now()) is None or now < moment):
             if now is None or self._clock.has_started:
                 await self._clock.changes.wait()
             else:

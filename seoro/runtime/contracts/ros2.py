@@ -110,6 +110,9 @@ class RosFrames(Protocol):
 class RosClock(Protocol):
     """Clock of the system."""
 
+    def now(self) -> float | None:
+        """Return the present time [s]; None before the first clock message."""
+
     def at(self, arrived: float) -> float | None:
         """Return the system time [s] for an arrival [s since the epoch]; None before the first clock message."""
 
@@ -152,8 +155,17 @@ class ObservedSystem(Protocol):
             note: Called when the clock jumps, unless another follower was notified.
         """
 
+    def machine_clock(self) -> RosClock:
+        """Return the clock of this machine, from any start, or of a recorded system."""
+
     def frames(self, namespace: str, note: Note) -> AbstractAsyncContextManager[RosFrames]:
         """Follow the frames published in a namespace; empty for the root."""
+
+    def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
+        """Follow the states of a lifecycle node: the present state, then each change.
+
+        The state is `gone` while the node does not exist.
+        """
 
 
 @runtime_checkable
@@ -195,12 +207,6 @@ class Ros2System(ObservedSystem, Protocol):
 
     async def set_parameter(self, node: str, name: str, text: str) -> None:
         """Set a node parameter from text, parsed as the declared type, otherwise as YAML."""
-
-    def lifecycle(self, node: str) -> AbstractAsyncContextManager[AsyncIterator[str]]:
-        """Follow the states of a lifecycle node: the present state, then each change.
-
-        The state is `gone` while the node does not exist.
-        """
 
     def recording(
         self, folder: Path, topics: Sequence[str], note: Note, *, storage: str, hidden: bool, use_sim_time: bool

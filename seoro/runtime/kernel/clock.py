@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from typing import Protocol
 
@@ -174,3 +175,23 @@ class SimulatorClock:
             with suppress(TimeoutError):
                 async with asyncio.timeout(behind):
                     await interrupt.wait()
+
+
+class FollowedClock(SimulatorClock):
+    """Time in lock-step that tasks of a backend follow. They report to the run before time passes again.
+
+    Args:
+        server: The simulator or bag.
+        rate: See `SimulatorClock`.
+        settle: Waits until these tasks have reported.
+    """
+
+    def __init__(self, server: TimeServer, rate: float, settle: Callable[[], Awaitable[None]]) -> None:
+        super().__init__(server, rate)
+        self._settle = settle
+
+    async def pass_time(self, due: float | None, interrupt: asyncio.Event) -> None:
+        """Simulate until `due`, unless a report arrives at the present time."""
+        await self._settle()
+        if not interrupt.is_set():
+            await super().pass_time(due, interrupt)

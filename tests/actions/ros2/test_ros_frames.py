@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from seoro.actions.ros_frames import _MachineClock, _Time
+from seoro.actions.ros_frames import _Time
+from seoro.bridges.ros2.clock import MachineClock
 from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import RunRos
@@ -116,7 +117,7 @@ async def test_driving_actions_need_a_bridge(run_ros: RunRos) -> None:
 
 
 async def test_late_messages_are_not_awaited() -> None:
-    clock = _Time(_MachineClock())
+    clock = _Time(MachineClock())
     before = clock.now()
     await clock.wait_until(before - 1.0)
     assert clock.now() - before < 1.0

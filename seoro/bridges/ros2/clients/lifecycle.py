@@ -24,35 +24,38 @@ GONE = "gone"  # state of a node that has disappeared
 STATES = {1: "unconfigured", 2: "inactive", 3: "active", 4: "finalized"}  # primary: lifecycle_msgs/msg/State
 
 
-class _StateTracker:
+class StateTracker:
     """State of a node, from its response and its transitions.
 
     Args:
         report: Called with each state.
+
+    Attributes:
+        is_changing: Whether a transition has begun and not ended.
     """
 
     def __init__(self, report: Callable[[str], None]) -> None:
         self._report = report
         self._last = ""
-        self._is_changing = False
+        self.is_changing = False
 
     def set(self, state: str) -> None:
         """Set the state that the node has responded, possibly a transition state."""
-        self._last, self._is_changing = state, state not in STATES.values()
-        if not self._is_changing:
+        self._last, self.is_changing = state, state not in STATES.values()
+        if not self.is_changing:
             self._report(state)
 
     def apply(self, event: Message) -> None:
         """Apply a transition; ignore one that happened before the response, which starts in another state."""
-        self._is_changing = self._is_changing or STATES.get(event.start_state.id) == self._last
+        self.is_changing = self.is_changing or STATES.get(event.start_state.id) == self._last
         state = STATES.get(event.goal_state.id)
-        if self._is_changing and state is not None:
-            self._is_changing, self._last = False, state
+        if self.is_changing and state is not None:
+            self.is_changing, self._last = False, state
             self._report(state)
 
     def set_gone(self) -> None:
         """Report that the node has disappeared."""
-        self._is_changing = True
+        self.is_changing = True
         self._report(GONE)
 
 
@@ -79,7 +82,7 @@ async def watching_lifecycle(node: RosNode, other: str) -> AsyncIterator[AsyncIt
             yield state
 
     async with node.subscribing(topic, type_name, EVENTS) as events, background() as tasks:
-        tracker = _StateTracker(reports.put_nowait)
+        tracker = StateTracker(reports.put_nowait)
         tracker.set(await lifecycle_state(node, other))
         tasks.start_soon(_follow_transitions, events, tracker, reports)
         tasks.start_soon(_follow_presence, node, other, tracker)
@@ -87,7 +90,7 @@ async def watching_lifecycle(node: RosNode, other: str) -> AsyncIterator[AsyncIt
 
 
 async def _follow_transitions(
-    events: Subscription, tracker: _StateTracker, reports: asyncio.Queue[str | SeoroError]
+    events: Subscription, tracker: StateTracker, reports: asyncio.Queue[str | SeoroError]
 ) -> None:
     try:
         async for received in events:
@@ -96,7 +99,7 @@ async def _follow_transitions(
         reports.put_nowait(error)
 
 
-async def _follow_presence(node: RosNode, other: str, tracker: _StateTracker) -> None:
+async def _follow_presence(node: RosNode, other: str, tracker: StateTracker) -> None:
     service = f"{other}/get_state"
     while True:
         await node.graph.wait_for(lambda graph: not graph.servers(service))
@@ -104,6 +107,11 @@ async def _follow_presence(node: RosNode, other: str, tracker: _StateTracker) ->
         await node.graph.wait_for(lambda graph: graph.servers(service))
         with suppress(SeoroError):  # its next transition may be published nonetheless
             tracker.set(await lifecycle_state(node, other))
+
+
+def state_name(state: Message) -> str:
+    """Return the name of a `lifecycle_msgs/msg/State`."""
+    return STATES.get(state.id, str(state.label))
 
 
 async def lifecycle_state(node: RosNode, other: str) -> str:
@@ -114,5 +122,4 @@ async def lifecycle_state(node: RosNode, other: str) -> str:
         CallFailed: The node does not send its state.
     """
     response = await call_node(node, other, "get_state", "lifecycle_msgs/srv/GetState", {}, "a life cycle")
-    state = response.current_state
-    return STATES.get(state.id, str(state.label))
+    return state_name(response.current_state)

@@ -12,6 +12,7 @@ from seoro.bridges.ros2.interfaces.errors import InvalidDefinition, InvalidValue
 from seoro.bridges.ros2.interfaces.messages import Message, plain
 from seoro.bridges.ros2.interfaces.packages import Package, bundled_packages, editions, packages_in
 from seoro.bridges.ros2.interfaces.registry import Registry
+from seoro.bridges.ros2.interfaces.schema_text import schema_packages
 from seoro.bridges.ros2.interfaces.text import schema
 from seoro.bridges.ros2.interfaces.type_descriptions import remote_packages, type_hash
 from seoro.errors import UsageError
@@ -82,6 +83,19 @@ class TypeStore:
             InvalidDefinition: The description is invalid.
         """
         return TypeStore({**self._packages, **remote_packages(description, self._packages, origin)})
+
+    def add_schema(self, name: str, text: str, origin: str) -> TypeStore:
+        """Return a store with the messages of a text, as of `schema`.
+
+        Args:
+            name: Full name of the message.
+            text: Its definitions, in the MCAP encoding `ros2msg`.
+            origin: Origin of the text, for messages.
+
+        Raises:
+            InvalidDefinition: The text is invalid.
+        """
+        return TypeStore({**self._packages, **schema_packages(name, text, self._packages, origin)})
 
     def names(self) -> tuple[str, ...]:
         """Return the full names of all messages, services and actions, sorted."""

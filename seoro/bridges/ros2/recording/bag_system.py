@@ -6,99 +6,27 @@ services.
 
 from __future__ import annotations
 
-import asyncio
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, contextmanager
-from typing import Any, Final
+from typing import Final
 
-from seoro.bridges.ros2.clients.members import ReceivedMessage
 from seoro.bridges.ros2.errors import WrongType
-from seoro.bridges.ros2.interfaces import InvalidPayload, TypeStore
+from seoro.bridges.ros2.interfaces import InvalidPayload, TypeStore, UnknownInterface
+from seoro.bridges.ros2.recording.bag_clock import SECOND, BagClock
+from seoro.bridges.ros2.recording.bag_streams import BagFrames, BagSubscription, lifecycle_states
+from seoro.bridges.ros2.recording.bag_types import recorded_types
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagMessage
 from seoro.bridges.ros2.recording.reader import Bag
-from seoro.bridges.ros2.tf import TransformBuffer
-from seoro.bridges.ros2.tf.poses import FramePoses
 from seoro.bridges.ros2.wire import Durability
-from seoro.concurrency.condition import Condition
 from seoro.errors import BackendLost
 from seoro.runtime.contracts import ros2 as contract
 from seoro.runtime.contracts.backends import EXHAUSTED, WARNING, EventHandler, LossHandler
 
 ROBOT: Final = "robot"  # base type of all robots
-TURNS: Final = 5  # of the event loop, for tasks that wait for frames
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
-_SECOND: Final = 1_000_000_000  # [ns]
-
-
-class BagSubscription:
-    """A subscription to a topic of the bag; see `contracts.ros2.RosSubscription`.
-
-    Args:
-        type_name: Type of the messages.
-        types: Definitions of the type, as in the bag.
-    """
-
-    lost = 0
-
-    def __init__(self, type_name: str, types: TypeStore) -> None:
-        self._type = type_name
-        self._types = types
-        self._unread: deque[BagMessage] = deque()
-        self._calls: list[Callable[[], None]] = []
-
-    def receive_nowait(self) -> ReceivedMessage | None:
-        """Return the oldest unread message, or None."""
-        if not self._unread:
-            return None
-        message = self._unread.popleft()
-        return ReceivedMessage(self._types.decode(self._type, message.payload), message.received / _SECOND)
-
-    def on_arrival(self, call: Callable[[], None]) -> None:
-        """Call a function once a message is available."""
-        if self._unread:
-            call()
-        else:
-            self._calls.append(call)
-
-    def put(self, message: BagMessage) -> None:
-        """Add a message."""
-        self._unread.append(message)
-        calls, self._calls = self._calls, []
-        for call in calls:
-            call()
-
-
-class BagFrames(FramePoses):
-    """Frames of the bag.
-
-    Args:
-        topics: Topics of transforms, in the namespace of the frames.
-    """
-
-    def __init__(self, topics: Sequence[str]) -> None:
-        self.topics = tuple(topics)
-        self._changes = Condition()
-        super().__init__(TransformBuffer(), self._changes.wait_for)
-
-    def put(self, topic: str, message: Any) -> None:
-        """Add the transforms of a message."""
-        self.buffer.put_message(message, is_static=topic.endswith("tf_static"))
-        self._changes.notify_all()
-
-
-class BagClock:
-    """The time of arrival in the bag; see `contracts.ros2.RosClock`."""
-
-    jumps = 0
-
-    def at(self, arrived: float) -> float:
-        """Return the time of arrival, which the recorder has noted."""
-        return arrived
-
-    async def wait_until(self, moment: float) -> None:
-        """Return at once: no observing action waits for a time of the clock."""
+TRANSITION: Final = "lifecycle_msgs/msg/TransitionEvent"
 
 
 class BagSystem:
@@ -116,7 +44,9 @@ class BagSystem:
         self._bag = bag
         self._namespaces = namespaces
         self._types = TypeStore.bundled()
-        self._start = self._now = bag.extent.start
+        self._definitions_of: dict[str, TypeStore] = {}  # by topic
+        self._start = bag.extent.start
+        self._clock = BagClock(self._start)
         self._subscriptions: dict[str, list[BagSubscription]] = {}
         self._frames: list[BagFrames] = []
         self._wanted: frozenset[str] = frozenset()
@@ -155,33 +85,39 @@ class BagSystem:
 
         After the end of the bag, the run is notified that it has ended.
         """
-        limit = self._start + round(until * _SECOND)
+        limit = self._start + round(until * SECOND)
+        if (moment := self._clock.next_moment) is not None and self._clock.time < moment < limit:
+            limit = moment
         message = self._peek()
-        end = self._bag.extent.end
         if message is None or message.received > limit:
-            self._now = max(self._now, limit)
-            self._has_begun = self._now > self._start
-            if limit > end:
-                seconds = (end - self._start) / _SECOND
-                reason = f"{self.name} ends after {seconds:.3f} s, and the scenario still waits"
-                self._on_event(EXHAUSTED, {"time": until, "reason": reason})
-            return until
-        self._now, self._has_begun = message.received, True
-        while message is not None and message.received == self._now:
-            self._deliver(message)
-            self._next = next(self._coming, None)
-            message = self._next
-        if self._frames:
-            for _ in range(TURNS):
-                await asyncio.sleep(0)
-        return (self._now - self._start) / _SECOND
+            self._clock.set(max(self._clock.time, limit))
+            self._has_begun = self._clock.time > self._start
+            if limit > self._bag.extent.end:
+                self._on_event(EXHAUSTED, {"time": until, "reason": self._end()})
+        else:
+            self._clock.set(message.received)
+            self._has_begun = True
+            while message is not None and message.received == self._clock.time:
+                self._deliver(message)
+                self._next = next(self._coming, None)
+                message = self._next
+        return (self._clock.time - self._start) / SECOND
+
+    async def settle(self) -> None:
+        """Let tasks that follow the bag report to their actions."""
+        await self._clock.settle()
+
+    def _end(self) -> str:
+        """Describe the end of the bag."""
+        seconds = (self._bag.extent.end - self._start) / SECOND
+        return f"{self.name} ends after {seconds:.3f} s, and the scenario still waits"
 
     def _peek(self) -> BagMessage | None:
         """Return the next message of an observed topic."""
         wanted = frozenset(self._subscriptions) | {topic for each in self._frames for topic in each.topics}
         if wanted != self._wanted:
             self._wanted = wanted
-            first = self._now + 1 if self._has_begun else self._start
+            first = self._clock.time + 1 if self._has_begun else self._start
             self._coming = self._read(wanted, first)
             self._next = next(self._coming, None)
         return self._next
@@ -217,7 +153,10 @@ class BagSystem:
         """Observe a topic during the block; latched topics begin with their last message."""
         name = _full(topic)
         [described] = self._bag.choose([name])
-        canonical = self._types.canonical(type_name)
+        try:
+            canonical = self._types.canonical(type_name)
+        except UnknownInterface:
+            canonical = self._definitions(name).canonical(type_name)
         if described.type != canonical:
             raise WrongType(f"{name} is of type {described.type} in the bag, not {canonical}")
         subscription = BagSubscription(canonical, self._definitions(name))
@@ -240,20 +179,45 @@ class BagSystem:
     def _past(self, topics: Sequence[str]) -> Iterator[BagMessage]:
         """Yield the messages that were delivered before."""
         for message in self._bag.messages(topics):
-            if message.received > self._now or not self._has_begun:
+            if message.received > self._clock.time or not self._has_begun:
                 return
             yield message
 
     def _definitions(self, topic: str) -> TypeStore:
-        """Return the definitions that the recorded robot had."""
-        described = self._bag.topics[topic]
-        edition = self._types.matching(described.type, described.type_hash) if described.type_hash else None
-        return edition or self._types
+        """Return the definitions that the recorded robot had.
+
+        Raises:
+            InvalidDefinition, UnknownInterface: They are invalid, or missing.
+        """
+        if topic not in self._definitions_of:
+            described = self._bag.topics[topic]
+            self._definitions_of[topic] = recorded_types(described, self._types, f"the bag {self._bag.path}")
+        return self._definitions_of[topic]
 
     @asynccontextmanager
     async def clock(self, note: contract.Note) -> AsyncIterator[BagClock]:
         """Use the clock of the bag."""
-        yield BagClock()
+        with self._clock.followed():
+            yield self._clock
+
+    def machine_clock(self) -> BagClock:
+        """Return the clock of the bag: the recording machine has noted its time."""
+        return self._clock
+
+    @asynccontextmanager
+    async def lifecycle(self, node: str) -> AsyncIterator[AsyncIterator[str]]:
+        """Follow the states of a lifecycle node, by its recorded transitions.
+
+        Before the first one, the node is in the state in which that one starts.
+        """
+        topic = f"{_full(node)}/transition_event"
+        async with self.subscribing(topic, TRANSITION, "") as transitions:
+            types = self._definitions(topic)
+            messages = (types.decode(TRANSITION, each.payload) for each in self._bag.messages([topic]))
+            first = next(messages, None)
+            past = [types.decode(TRANSITION, each.payload) for each in self._past([topic])]
+            with self._clock.followed():
+                yield lifecycle_states(transitions, first, past)
 
     @asynccontextmanager
     async def frames(self, namespace: str, note: contract.Note) -> AsyncIterator[BagFrames]:
@@ -266,7 +230,8 @@ class BagSystem:
             self._add_transforms(frames, message)
         self._frames.append(frames)
         try:
-            yield frames
+            with self._clock.followed():
+                yield frames
         finally:
             self._frames.remove(frames)
 

@@ -11,7 +11,7 @@ from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 from mcap.records import Channel
 from mcap.summary import Summary
-from mcap.well_known import MessageEncoding
+from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, Extent
@@ -87,7 +87,9 @@ class McapSource:
             raise McapError(f"the type of {channel.topic} is missing")
         about = channel.metadata
         qos = read_profiles(about.get("offered_qos_profiles", ""))
-        return BagTopic(channel.topic, schema.name, about.get("topic_type_hash", ""), qos, count)
+        is_text = schema.encoding == SchemaEncoding.ROS2
+        definition = schema.data.decode(errors="replace") if is_text else ""
+        return BagTopic(channel.topic, schema.name, about.get("topic_type_hash", ""), qos, count, definition)
 
 
 def _summary(stream: IO[bytes], is_cut_off: bool) -> Summary:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -36,6 +36,7 @@ class BagTopic:
         type_hash: Hash of the type; empty if it is unknown.
         qos: QoS profiles of the publishers.
         count: Number of messages.
+        definition: Definition of the type in a bag that was read, as `ros2msg`; empty if it is missing.
     """
 
     name: str
@@ -43,6 +44,7 @@ class BagTopic:
     type_hash: str = ""
     qos: tuple[Qos, ...] = ()
     count: int = 0
+    definition: str = field(default="", compare=False, repr=False)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 from sqlite3 import Error as SqliteError
 from typing import Any, Final
 
-from rosbags.interfaces import Connection, QosTime
+from rosbags.interfaces import Connection, MessageDefinitionFormat, QosTime
 from rosbags.rosbag2 import Reader, ReaderError
 
 from seoro.bridges.ros2.recording.errors import UnreadableBag
@@ -65,8 +65,14 @@ def _topic(connection: Connection) -> BagTopic:
         {name: _policy(value) for name, value in each._asdict().items()}
         for each in getattr(connection.ext, "offered_qos_profiles", ())
     ]
+    is_text = connection.msgdef.format is MessageDefinitionFormat.MSG
     return BagTopic(
-        connection.topic, connection.msgtype, connection.digest, read_profiles(profiles), connection.msgcount
+        connection.topic,
+        connection.msgtype,
+        connection.digest,
+        read_profiles(profiles),
+        connection.msgcount,
+        connection.msgdef.data if is_text else "",
     )
 
 
