@@ -22,6 +22,7 @@ from seoro.lang.libraries import Library, Origin
 from seoro.lang.loader import Sources
 from seoro.lang.plan import ValueType
 from seoro.lang.program import Program
+from seoro.lang.source import Span
 from seoro.lang.symbols import Kind, TypeSymbol
 from seoro.lang.traits import ParameterTrait
 from seoro.lang.tree import find
@@ -195,8 +196,10 @@ DECLARING_LIBRARIES: Final = frozenset({"osc.docker", "osc.kubernetes", "osc.pyb
 """Libraries of seoro that declare actions, which only installed packages implement."""
 
 
-def unimplemented(checked: Checked, bound: BoundFunctions) -> list[TypeSymbol]:
+def unimplemented(checked: Checked, bound: BoundFunctions) -> list[tuple[TypeSymbol, Span]]:
     """Return the invoked actions without a `do` and without a function that installed packages may implement.
+
+    Each has its first invocation.
 
     Args:
         checked: Scenario with its libraries.
@@ -217,11 +220,13 @@ def unimplemented(checked: Checked, bound: BoundFunctions) -> list[TypeSymbol]:
     if not missing:
         return []
     trees = [module.tree for module in sources.modules if module.library is None or module.library in foreign]
-    invoked = {name for tree in trees for name in _invoked(tree)}
-    return [symbol for symbol in missing if symbol.plan_name.rpartition(".")[2] in invoked]
+    invoked = dict(invocation for tree in reversed(trees) for invocation in reversed(list(_invoked(tree))))
+    named = ((symbol, invoked.get(symbol.plan_name.rpartition(".")[2])) for symbol in missing)
+    return [(symbol, span) for symbol, span in named if span is not None]
 
 
-def _invoked(tree: ast.OscFile) -> Iterator[str]:
-    """Yield the names of the behaviors that a file invokes, without actors."""
+def _invoked(tree: ast.OscFile) -> Iterator[tuple[str, Span]]:
+    """Yield the names of the behaviors that a file invokes, without actors, and the invocations."""
     for node in find(tree, ast.BehaviorInvocation):
-        yield node.invocation.span.text.partition("(")[0].replace("::", ".").rpartition(".")[2].strip()
+        name = node.invocation.span.text.partition("(")[0].replace("::", ".").rpartition(".")[2].strip()
+        yield name, node.invocation.span

@@ -67,7 +67,8 @@ class ModelPath:
             if path.is_file():
                 return self._gather(path, arguments, uri, (*self.folders, root))
             searched.append(str(path))
-        raise ModelNotFound(f"unknown model '{uri}' (searched: {', '.join(searched)})")
+        places = ", ".join(searched)
+        raise ModelNotFound(f"unknown model '{uri}' (searched: {places}; `--model-path` adds folders)")
 
     def _gather(self, path: Path, arguments: str, uri: str, within: Sequence[Path] | None) -> ModelFiles:
         named = Path(f"{path}?{arguments}") if arguments else path

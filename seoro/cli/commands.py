@@ -16,6 +16,7 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
     "write scenarios": {
         "check": "parse and check scenario files without running them",
         "fmt": "format scenario files (coding style guide of the standard)",
+        "migrate": "rewrite scenario files that were written for scenario_execution",
         "explain": "explain error codes, with examples",
         "lsp": "run the language server for editors (diagnostics, completion, hover, definitions)",
         "dap": "run a debug adapter for editors (breakpoints, steps, variables)",

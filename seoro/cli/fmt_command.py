@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections import Counter
 from enum import Enum, auto
@@ -12,9 +11,10 @@ from pathlib import Path
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import STDIN, STDIN_NAME, count, find_files, read_stdin
-from seoro.cli.output import paint, print_error, use_colour
+from seoro.cli.output import print_error
+from seoro.cli.rewriting import print_diff, replace_file
 from seoro.errors import InvalidScenario, UsageError
-from seoro.files.inputs import Kind, read_input, resolved
+from seoro.files.inputs import Kind, read_input
 from seoro.lang.format.formatter import LayoutFault, format_text
 from seoro.lang.loader import read_source
 from seoro.lang.source import SourceFile
@@ -39,9 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_option(parser, "--check", "write nothing; list files that would change, and exit with 1 if there are any")
     add_option(parser, "--diff", "write nothing; print a diff")
-
-
-_STYLES = {"-": "31", "+": "32", "@": "36"}  # of the lines of a diff
 
 
 class _Outcome(Enum):
@@ -80,7 +77,7 @@ def _format_stdin(options: argparse.Namespace) -> _Outcome:
     file = SourceFile(STDIN_NAME, read_stdin())
     text = format_text(file)
     if options.diff:
-        _print_diff(file, text)
+        print_diff(file, text)
     elif not options.check:
         sys.stdout.buffer.write(text.encode())
     return _Outcome.SAME if text == file.text else _Outcome.CHANGED
@@ -92,39 +89,13 @@ def _format_file(path: Path, options: argparse.Namespace) -> _Outcome:
     if text.encode() == read_input(path, Kind.SCENARIO):  # the bytes may begin with a byte order mark
         return _Outcome.SAME
     if options.diff:
-        _print_diff(file, text)
+        print_diff(file, text)
     if options.check:
         print(f"would change {path}", file=sys.stderr)
     elif not options.diff:
-        _replace(path, text)
+        replace_file(path, text)
         print(f"changed {path}")
     return _Outcome.CHANGED
-
-
-def _replace(path: Path, text: str) -> None:
-    """Replace a file atomically, keeping its permissions and links to it."""
-    path = resolved(path)
-    new = path.with_name(f".{path.name}.{os.getpid()}.new")
-    try:
-        with new.open("xb") as stream:
-            stream.write(text.encode())
-            stream.flush()
-            os.fsync(stream.fileno())
-        new.chmod(path.stat().st_mode & 0o7777)
-        new.replace(path)
-    except BaseException:
-        new.unlink(missing_ok=True)
-        raise
-
-
-def _print_diff(file: SourceFile, text: str) -> None:
-    """Print a unified diff, coloured on terminals."""
-    from difflib import unified_diff  # noqa: PLC0415 - slow to load, and seldom needed
-
-    on = use_colour(sys.stdout)
-    before = [file.line(number) for number in range(1, file.line_count + 1)]
-    for line in unified_diff(before, text.split("\n"), file.name, file.name, lineterm=""):
-        print(paint(_STYLES.get(line[:1], ""), line, on=on))
 
 
 def _summarise(outcomes: list[_Outcome], *, writes: bool) -> None:

@@ -30,7 +30,7 @@ OWN = {
     "seoro/ui/application.py": "pages that come with seoro",
     "seoro/cli/follower.py": "files that it has just fetched",
     "seoro/embed/output_folder.py": "its own index",
-    "seoro/cli/fmt_command.py": "writes a new file",
+    "seoro/cli/rewriting.py": "writes a new file",
     "seoro/executor/storage/blobs.py": "blobs of the executor",
     "seoro/executor/sandbox/broker.py": "certificates in the folder of the executor's keys",
     "seoro/executor/sandbox/enter.py": "/proc",

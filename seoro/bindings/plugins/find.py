@@ -16,7 +16,9 @@ from seoro.lang.diagnostics import bindings as messages
 from seoro.lang.frozen import replaced
 from seoro.lang.plan import ValueType
 from seoro.lang.program import Program
+from seoro.lang.source import Span
 from seoro.lang.symbols import Kind, ListOf, TypeSymbol
+from seoro.runtime.actions.substitutes import substitute
 from seoro.runtime.functions.actions import BoundAction, Mark
 from seoro.runtime.functions.signatures import Declaration, SignatureMismatch
 
@@ -27,11 +29,13 @@ GROUP: Final = "scenario_execution.actions"
 _OF_BASE: Final = frozenset({"self", "resolve_variable_reference_arguments_in_execute"})
 
 
-def bind_plugins(missing: Iterable[TypeSymbol], program: Program, bound: BoundFunctions, bag: Bag) -> None:
+def bind_plugins(
+    missing: Iterable[tuple[TypeSymbol, Span]], program: Program, bound: BoundFunctions, bag: Bag
+) -> None:
     """Bind actions to classes of installed packages.
 
     Args:
-        missing: Actions without a function.
+        missing: Actions without a function, each with an invocation.
         program: The scenario with its libraries.
         bound: Functions of the scenario; the classes are added.
         bag: Bag for diagnostics.
@@ -39,9 +43,12 @@ def bind_plugins(missing: Iterable[TypeSymbol], program: Program, bound: BoundFu
     from importlib.metadata import entry_points  # noqa: PLC0415 - slow, and seldom needed
 
     points = entry_points(group=GROUP)
-    for symbol in missing:
+    for symbol, span in missing:
         named = list({point.value: point for point in points if point.name == symbol.plan_name}.values())
         point = _choose(named, symbol, bag)
+        library = symbol.home.library or ""
+        if not named and library in DECLARING_LIBRARIES:
+            bag.add(messages.only_declared, span, symbol.plan_name, library, substitute(symbol.plan_name, library))
         if point is not None:
             _bind(point, symbol, program, bound, bag)
 

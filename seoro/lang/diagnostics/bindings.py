@@ -1,10 +1,12 @@
-"""Messages of libraries and external methods whose Python does not match (E0601 to E0611)."""
+"""Messages of libraries and external methods whose Python does not match (E0601 to E0612)."""
 
 from __future__ import annotations
 
-from seoro.lang.diagnostic import Diagnostic, error
+from seoro.lang.diagnostic import Diagnostic, error, warning
 from seoro.lang.diagnostics import near
 from seoro.lang.source import Span
+
+ONLY_DECLARED = "E0612"
 
 
 def broken_module(span: Span, library: str, module: str, reason: str, hint: str) -> Diagnostic:
@@ -75,3 +77,10 @@ def async_in_thread(span: Span, function: str, name: str) -> Diagnostic:
     text = f"`{function}` implements the action `{name}` with `thread=True`, but is `async`"
     hint = "make it a plain `def`, or remove `thread=True`: an `async` function needs no thread"
     return error("E0611", span, text, hint)
+
+
+def only_declared(span: Span, name: str, library: str, hint: str) -> Diagnostic:
+    """An invocation of an action that a library of seoro only declares, without a package that implements it."""
+    return warning(
+        ONLY_DECLARED, span, f"`{library}` only declares the action `{name}`; the run will be refused", hint
+    )
