@@ -61,6 +61,11 @@ class Parser(argparse.ArgumentParser):
         if unknown is None:
             self.error(f"unexpected argument `{arguments[0]}`: `{self.prog}` takes no more arguments")
         name = unknown.partition("=")[0]
+        if self.prog.endswith(" exec"):
+            from seoro.cli.habits import OPTIONS  # noqa: PLC0415 - for this error only
+
+            if name in OPTIONS:
+                self.refuse(f"unknown option `{name}` of `{self.prog}`", OPTIONS[name])
         options = _OPTION.findall(self.format_help())
         self.refuse(
             f"unknown option `{name}` of `{self.prog}`",

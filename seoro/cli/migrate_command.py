@@ -22,7 +22,8 @@ EXAMPLES = """examples:
   seoro migrate --diff scenarios/
   seoro migrate --write scenarios/
 
-Comments and layout are kept. A second run changes nothing.
+Comments and layout are kept. A second run changes nothing. Notes are statements that
+mean something else than before, such as `wait` for an event that has already occurred.
 
 exit status: 0 if all files can run now (or would, without --write), 2 if something needs a decision"""
 
@@ -65,6 +66,8 @@ def _show(file: str, found: Migrated, options: argparse.Namespace) -> None:
         print(f"{error.primary.span}: needs a decision: {one_line(error.message)} [{error.code}]")
         if error.help:
             print(f"    {one_line(error.help)}")
+    for note in found.notes:
+        print(f"{note.span}: note: {one_line(note.text)}")
 
 
 def _as_json(results: Mapping[str, Migrated], *, wrote: bool) -> dict[str, object]:
@@ -74,6 +77,9 @@ def _as_json(results: Mapping[str, Migrated], *, wrote: bool) -> dict[str, objec
             "changed": bool(found.rewritings),
             "rewritings": [{"line": each.line, "title": each.title} for each in found.rewritings],
             "decisions": [to_json(error) for error in found.left],
+            "notes": [
+                {"line": note.span.line, "column": note.span.column, "text": note.text} for note in found.notes
+            ],
         }
         for file, found in results.items()
     ]

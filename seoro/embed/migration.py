@@ -11,6 +11,7 @@ from seoro.lang.diagnostics.bindings import ONLY_DECLARED
 from seoro.lang.frozen import Value
 from seoro.lang.loader import Reader, Unreadable, read_file
 from seoro.lang.migration.edits import Rewriting, apply_edits
+from seoro.lang.migration.notes import Note, notes_of
 from seoro.lang.migration.rules import rewriting_of
 
 ROUNDS: Final = 100  # of checks of a file; an error may hide others
@@ -24,12 +25,14 @@ class Migrated(Value):
         text: Its new text.
         rewritings: The changes.
         left: Errors that need a decision, with places in the new text.
+        notes: Statements that mean something else than before.
     """
 
     before: str
     text: str
     rewritings: tuple[Rewriting, ...]
     left: tuple[Diagnostic, ...]
+    notes: tuple[Note, ...]
 
 
 def migrate_file(path: Path, *, import_python: bool = True) -> Migrated:
@@ -51,7 +54,7 @@ def migrate_file(path: Path, *, import_python: bool = True) -> Migrated:
         scenario = check_file(path, import_python=import_python, read=_reader(path, text))
     diagnostics = scenario.checked.diagnostics
     left = tuple(found for found in diagnostics if found in scenario.checked.errors or found.code == ONLY_DECLARED)
-    return Migrated(before, text, tuple(rewritings), left)
+    return Migrated(before, text, tuple(rewritings), left, notes_of(scenario.checked.sources.entry.tree))
 
 
 def _applicable(scenario: Scenario) -> list[Rewriting]:

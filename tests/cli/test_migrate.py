@@ -149,3 +149,52 @@ def test_json_has_rewritings_and_decisions(file: Path, capsys: pytest.CaptureFix
     [decision] = found["decisions"]
     assert (decision["code"], decision["line"]) == ("E0612", 11)
     assert "docker exec" in decision["help"]
+
+
+NOTED = """import osc.helpers
+scenario main:
+    event ready
+    event over
+    x: int = 3
+    y: int = -x
+    do parallel:
+        serial:
+            wait @ready
+            wait elapsed(1s)
+            wait @over if x > 2
+        serial:
+            emit ready
+            emit over
+            emit end
+            log('late')
+"""
+
+
+def test_notes_name_statements_that_mean_something_else(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file.write_text(NOTED)
+    assert main(["migrate", "a.osc"]) == 0
+    assert [line.partition(";")[0] for line in capsys.readouterr().out.splitlines()] == [
+        "a.osc:6:14: note: `-x` is negative",
+        "a.osc:11:13: note: `wait @over if x > 2` waits for the next `over`",
+        "a.osc:16:13: note: unreachable after `emit end`",
+    ]
+    assert main(["migrate", "--json", "a.osc"]) == 0
+    [found] = json.loads(capsys.readouterr().out)["files"]
+    assert [(note["line"], note["column"]) for note in found["notes"]] == [(6, 14), (11, 13), (16, 13)]
+
+
+@pytest.mark.parametrize(
+    ("option", "hint"),
+    [
+        ("--scenario-parameter-file=p.yaml", "write `--params FILE`"),
+        ("-s", "behaviors wake at events"),
+        ("--dot", "write `--report`"),
+    ],
+)
+def test_options_of_scenario_execution_are_translated(
+    option: str, hint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["exec", "a.osc", option])
+    assert ended.value.code == 2
+    assert hint in capsys.readouterr().err

@@ -6,7 +6,7 @@ from typing import Final
 
 PROGRAM: Final = "write `run_process({command})` of `osc.helpers`"
 COMMANDS: Final = {
-    "docker_run": "'docker run --rm IMAGE COMMAND'",
+    "docker_run": "'docker run --rm --init IMAGE COMMAND'",
     "docker_exec": "'docker exec CONTAINER COMMAND'",
     "docker_copy": "'docker cp CONTAINER:PATH .'",
     "docker_put": "'docker cp PATH CONTAINER:TARGET'",
