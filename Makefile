@@ -15,7 +15,7 @@ SIM ?= mujoco
 ROUNDS ?= 25
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all test-more test-ros2 chaos lint format goldens docs pictures ui editors bench experiment-localisation experiment-engines clean
+.PHONY: help install demo test test-all test-more test-ros2 chaos lint format goldens docs man pictures ui editors bench experiment-localisation experiment-engines clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -86,6 +86,9 @@ goldens: $(VENV)/.dev  ## rewrite the golden files of tests; review the differen
 docs: $(VENV)/.docs  ## build the documentation in build/docs; broken links and other warnings are errors
 	@$(BIN)/python -m sphinx -q -W --keep-going -b html -d build/doctrees docs build/docs
 	@echo "open build/docs/index.html"
+
+man: $(VENV)/.dev  ## write manual pages of all commands to build/man
+	@COLUMNS=72 $(BIN)/python docs/man_pages.py build/man
 
 pictures: $(VENV)/.dev  ## make the pictures of the documentation anew, in MuJoCo; review the difference
 	@$(BIN)/python docs/pictures.py

@@ -14,8 +14,8 @@ import pytest
 
 import seoro
 from seoro import ActionContext, Client, MethodContext, ModifierContext, Run, ThreadContext, Verdict
-from seoro.cli import main as command_line
 from seoro.cli.commands import COMMANDS
+from seoro.cli.main import command_parser
 from seoro.client.lab import LabControl
 from seoro.client.runs import RemoteRun
 
@@ -126,7 +126,7 @@ def options_of(command: str) -> frozenset[str]:
                 for below in action.choices.values():
                     yield from walk(below)
 
-    parser = command_line._parser([command])
+    parser = command_parser([command])
     [commands] = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
     return frozenset((*walk(commands.choices[command]), "--version"))
 
@@ -134,7 +134,7 @@ def options_of(command: str) -> frozenset[str]:
 @cache
 def subcommands_of(command: str) -> frozenset[str]:
     """Return the names of the commands directly below a command."""
-    parser = command_line._parser([command])
+    parser = command_parser([command])
     [commands] = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
     below = [each for each in commands.choices[command]._actions if isinstance(each, argparse._SubParsersAction)]
     return frozenset(name for action in below for name in action.choices)
@@ -223,7 +223,7 @@ PROGRAMS = _options_in(ROOT / "sim_nodes") | _options_in(ROOT / "benchmarks")
 
 def test_options_in_help_texts_exist() -> None:
     for command in COMMANDS:
-        parser = command_line._parser([command])
+        parser = command_parser([command])
         [below] = [each for each in parser._actions if isinstance(each, argparse._SubParsersAction)]
         examples = below.choices[command].epilog or ""
         lines = [line.strip() for line in examples.splitlines() if line.strip().startswith("seoro ")]

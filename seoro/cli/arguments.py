@@ -238,6 +238,16 @@ def add_command(commands: Commands, name: str, what: str) -> argparse.ArgumentPa
     return parser
 
 
+def actions_of(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Yield the arguments of a parser and of its subcommands."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                yield from actions_of(command)
+        else:
+            yield action
+
+
 def add_dialect(parser: Container, when: str = "") -> None:
     """Declare the option for the key format of a ROS 2 system on Zenoh."""
     add_option(

@@ -51,6 +51,7 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "this installation": {
         "doctor": "check the installation and the network, and suggest fixes",
+        "completion": "print the script that completes commands in a shell",
     },
 }
 

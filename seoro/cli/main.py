@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import gc
+import os
 import sys
 from collections.abc import Coroutine, Sequence
 from functools import partial
@@ -28,7 +29,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit status.
     """
     arguments = _with_aliases(sys.argv[1:] if arguments is None else arguments)
-    options, unknown = _parser(arguments).parse_known_args(arguments)
+    parser = command_parser(arguments)
+    if not arguments:
+        parser.print_help(sys.stderr)
+        return Exit.INVALID
+    options, unknown = parser.parse_known_args(arguments)
     if unknown:
         options.parser.refuse_unknown(unknown)
     options.arguments = arguments
@@ -79,7 +84,7 @@ def _status_of(error: Exception) -> Exit:
     return Exit.ERROR
 
 
-def _parser(arguments: Sequence[str]) -> Parser:
+def command_parser(arguments: Sequence[str]) -> Parser:
     """Make the parser of a command line; only the chosen command has its options."""
     columns = terminal_columns() - 2
     parser = Parser(
@@ -94,9 +99,6 @@ def _parser(arguments: Sequence[str]) -> Parser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True, help=argparse.SUPPRESS, prog="seoro")
     chosen = next((argument for argument in arguments if not argument.startswith("-")), None)
     if chosen is None:
-        if not arguments:
-            parser.print_help(sys.stderr)
-            sys.exit(Exit.INVALID)
         return parser
     if chosen in REPLACED:
         parser.refuse(f"`seoro {chosen}` was replaced", f"use `seoro {REPLACED[chosen]}`")
@@ -122,6 +124,10 @@ def run_process() -> int:
     Most objects live as long as the process. Searching them for garbage, also at its end, finds none and takes a
     tenth of a short run.
     """
+    if "_ARGCOMPLETE" in os.environ:
+        from seoro.cli.completing import complete  # noqa: PLC0415 - at a TAB only
+
+        complete()
     gc.set_threshold(200_000, 20, 100)
     status = main()
     gc.freeze()

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "name",
         nargs="?",
-        metavar="NAME",
+        metavar="SIMULATOR",
         help="simulator: mujoco, pybullet, or that of an installed package (default: that of the snapshot); "
         "`inspect` to describe a robot instead",
     )

@@ -7,8 +7,8 @@ import os
 from collections.abc import Iterator
 from unittest.mock import patch
 
-from seoro.cli import main as command_line
 from seoro.cli.commands import COMMANDS
+from seoro.cli.main import command_parser
 from tests.tools.reference.tables import cell, code, table
 
 
@@ -20,7 +20,7 @@ def commands() -> str:
 
 def _parsers() -> Iterator[tuple[str, argparse.ArgumentParser]]:
     for name in COMMANDS:
-        parser = command_line._parser([name])
+        parser = command_parser([name])
         yield name, _below(parser)[name]
 
 
