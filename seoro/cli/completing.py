@@ -10,6 +10,8 @@ import argparse
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, Final
 
 import argcomplete
@@ -59,9 +61,10 @@ def _completer(action: argparse.Action) -> Completer | None:
 
 
 def _worlds(prefix: str, **_: Any) -> Iterable[str]:
-    from sim_nodes.worlds.loader import available_worlds  # noqa: PLC0415 - numpy
-
-    return [*available_worlds(), *FilesCompleter(("yaml", "sdf"))(prefix)]
+    nodes = find_spec("sim_nodes")  # simulators are other processes; their files are at hand
+    folders = [] if nodes is None else nodes.submodule_search_locations or []
+    bundled = [path.stem for folder in folders for path in Path(folder, "worlds").glob("*.yaml")]
+    return [*bundled, *FilesCompleter(("yaml", "sdf"))(prefix)]
 
 
 def _executors(**_: Any) -> Iterable[str]:
