@@ -1,7 +1,7 @@
 """Completion of a command line, for the script of `seoro completion`.
 
-The shell runs `seoro` with the line in its environment, as argcomplete defines. Nothing is run and no network is
-used: completions are options, names of files, what a scenario file declares, and what is on this machine.
+The shell runs `seoro` with the line in its environment, as argcomplete defines. Completions are options,
+names of files, scenarios and parameters of a file, worlds, and executors of this machine.
 """
 
 from __future__ import annotations
