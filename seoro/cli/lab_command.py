@@ -114,21 +114,26 @@ def default_endpoints(options: argparse.Namespace) -> tuple[str, ...]:
 
 
 async def _status(options: argparse.Namespace) -> int:
+    from seoro.lab.recorded import recorded_robots  # noqa: PLC0415 - for this command only
     from seoro.lab.status import connect_members, listed_robots, refresh  # noqa: PLC0415 - Zenoh, for this command only
 
     endpoints, lab, quiet = endpoints_of(options), lab_of(options), default_endpoints(options)
-    known = [] if lab is None else listed_robots(lab)
+    known, recorded = [] if lab is None else listed_robots(lab), recorded_robots(lab)
     while options.watch:
         async with connect_members(endpoints) as reached:
             while True:
                 members = list((await refresh(reached)).values())
-                print(f"{CLEAR}{time.strftime('%X')}\n{lab_table(members, known, quiet=quiet)}", flush=True)
+                shown = lab_table(members, known, recorded, quiet=quiet)
+                print(f"{CLEAR}{time.strftime('%X')}\n{shown}", flush=True)
                 await anyio.sleep(PERIOD)
                 if any(not each.node or each.problem for each in members):
                     break  # reconnect: missing nodes may have started
     members = await _control(options).status()
-    print(to_json(plain(members)) if options.json else lab_table(members, known, quiet=quiet))
-    return Exit.ERROR if any(each.problem and each.display_name not in quiet for each in members) else Exit.PASSED
+    as_text = not options.json
+    print(lab_table(members, known, recorded, quiet=quiet) if as_text else to_json(plain(members, recorded)))
+    problems = [each.problem for each in members if each.display_name not in quiet]
+    problems += [each.problem for each in recorded]
+    return Exit.ERROR if any(problems) else Exit.PASSED
 
 
 async def _lease(options: argparse.Namespace) -> int:

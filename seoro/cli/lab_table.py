@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from seoro.cli.tables import table
@@ -12,6 +13,7 @@ from seoro.text.printable import one_line
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import ActiveStop, RobotState
+    from seoro.lab.recorded import RecordedRobot
     from seoro.lab.status import ListedRobot, Member
 
 _TITLES: Final = ("ROBOT", "TYPE", "AT", "STATE", "BATTERY", "LOCALISED", "SEEN", "BY", "WAITING")
@@ -19,9 +21,10 @@ NOTHING: Final = "-"
 NOW: Final = 0.5  # [s], longest age that is shown as "now"
 
 
-def plain(members: Sequence[Member]) -> dict[str, Any]:
+def plain(members: Sequence[Member], recorded: Sequence[RecordedRobot]) -> dict[str, Any]:
     """Return all details as JSON data."""
     return {
+        **({"recorded": [asdict(each) for each in recorded]} if recorded else {}),
         "nodes": [
             {
                 "endpoint": member.endpoint,
@@ -31,20 +34,27 @@ def plain(members: Sequence[Member]) -> dict[str, Any]:
                 **({} if member.state is None else member.state.model_dump(mode="json")),
             }
             for member in members
-        ]
+        ],
     }
 
 
-def lab_table(members: Sequence[Member], known: Sequence[ListedRobot], *, quiet: Sequence[str]) -> str:
+def lab_table(
+    members: Sequence[Member],
+    known: Sequence[ListedRobot],
+    recorded: Sequence[RecordedRobot] = (),
+    *,
+    quiet: Sequence[str],
+) -> str:
     """Format the robots, and the problems of nodes.
 
     Args:
         members: Nodes and executors that were found.
         known: Robots of the lab file, listed first.
+        recorded: Recorded robots of the lab file.
         quiet: Optional endpoints, without errors if nothing answers there.
     """
     lines = list(_headlines(members))
-    rows = list(_rows(members, known))
+    rows = [*_rows(members, known), *map(_recorded_row, recorded)]
     if rows:
         lines += table(_without_empty_columns([_TITLES, *rows])).split("\n")
     elif not any(member.node for member in members):
@@ -56,6 +66,7 @@ def lab_table(members: Sequence[Member], known: Sequence[ListedRobot], *, quiet:
         for each in members
         if each.problem and each.display_name not in quiet
     ]
+    lines += [f"{each.name}: {each.problem}" for each in recorded if each.problem]
     executors = [f"{member.node} ({member.endpoint})" for member in members if member.is_executor]
     if executors:
         lines.append(f"executors: {', '.join(executors)}")
@@ -72,11 +83,20 @@ def _rows(members: Sequence[Member], known: Sequence[ListedRobot]) -> Iterator[t
         for member, state in found:
             yield _row(each.name, each.type, member, state)
         if not found:
-            rest = (NOTHING,) * (len(_TITLES) - 4)
-            yield each.name, each.type or NOTHING, each.remote_name, "not found", *rest
+            yield _short_row(each.name, each.type, each.remote_name, "not found")
     for member, state in served:
         if (member, state) not in shown:
             yield _row(state.name, "", member, state)
+
+
+def _short_row(name: str, kind: str, place: str, state: str) -> tuple[str, ...]:
+    """Return the row of a robot without a node."""
+    return name, kind or NOTHING, place, state, *(NOTHING,) * (len(_TITLES) - 4)
+
+
+def _recorded_row(robot: RecordedRobot) -> tuple[str, ...]:
+    place = f"bag {robot.bag}" + (f" ({robot.contents})" if robot.contents else "")
+    return _short_row(robot.name, robot.type, place, "unreadable" if robot.problem else "recorded")
 
 
 def _headlines(members: Sequence[Member]) -> Iterator[str]:

@@ -21,6 +21,7 @@ from seoro.lab.reading import Lab
 from seoro.lab.status import Member, read_states
 
 RELEASE_WITHIN: Final = 10.0  # [s]
+RECORDED: Final = "it is a recorded robot, without users and motion"
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,12 @@ class LabControl:
         """
         _check_named(robots, "use `lab.stop_all()` for all robots")
         to_text("reason", reason)
-        return await self._commands.emergency_stop_robots(self._places(robots), whoami(), reason)
+        recorded = [
+            name for name in robots if self._is_recorded(name)
+        ]  # these do not keep others from being stopped
+        places = self._places([name for name in robots if name not in recorded])
+        stopped = await self._commands.emergency_stop_robots(places, whoami(), reason) if places else []
+        return [*stopped, *(Outcome("", name, error=RECORDED) for name in recorded)]
 
     async def release_all(self, reason: str) -> list[Outcome]:
         """Release the emergency stop of all robots and runs.
@@ -157,11 +163,22 @@ class LabControl:
         _check_named(robots, "use `lab.release_all(reason)` for all robots")
         return await self._commands.release_robots(self._places(robots), whoami(), reason)
 
+    def _is_recorded(self, robot: str) -> bool:
+        """Whether a robot of the lab file is a recorded one."""
+        lab = self._file
+        return lab is not None and robot in lab.robots and lab.robots[robot].bag is not None
+
     def _places(self, robots: Sequence[str]) -> list[Place]:
-        """Return the names of robots at their nodes, each with its endpoint if the lab file has one."""
+        """Return the names of robots at their nodes, each with its endpoint if the lab file has one.
+
+        Raises:
+            UsageError: A robot is a recorded one.
+        """
         lab = self._file
         places: list[Place] = []
         for robot in robots:
+            if self._is_recorded(robot):
+                raise UsageError(f"cannot use '{robot}': {RECORDED}", help="leave it out")
             if lab is not None and robot in lab.robots:
                 places.append((lab.remote_name(robot), lab.address(lab.robots[robot].where)[0]))
             else:

@@ -18,6 +18,7 @@ from seoro.doctor.peers import RENEW
 from seoro.errors import BackendError, BackendRefused
 from seoro.lab.probes import probe
 from seoro.lab.reading import Lab
+from seoro.lab.recorded import recorded_robots
 from seoro.lab.status import ListedRobot, listed_robots
 
 HERE: Final = Viewer()
@@ -80,7 +81,7 @@ async def check_lab(
         checked: Endpoint that was checked already.
         is_needed: Whether runs use these paths; runs on executors use those from there.
     """
-    for finding in _started(places.lab):
+    for finding in (*_started(places.lab), *_recorded(places.lab)):
         yield finding
     for endpoint in places.endpoints:
         if endpoint == checked:
@@ -118,6 +119,15 @@ def _started(lab: Lab | None) -> Iterator[Finding]:
         yield failed(what, f"simulator '{name}' is not installed here", f"pip install 'seoro[{name}]'")
     else:
         yield ok(what, f"started for each run, with {name}")
+
+
+def _recorded(lab: Lab | None) -> Iterator[Finding]:
+    """Check the bags of recorded robots."""
+    for robot in recorded_robots(lab):
+        if robot.problem:
+            yield failed(robot.name, robot.problem, robot.advice or "correct its bag in the lab file")
+        else:
+            yield ok(robot.name, f"recorded in the bag {robot.bag}: {robot.contents}")
 
 
 async def check_from_executor(executor: Executor, places: Places) -> AsyncIterator[Finding]:

@@ -7,6 +7,7 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import field
 from functools import cache, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from seoro.bridges.addresses import ROS_ROUTER
@@ -21,6 +22,8 @@ from seoro.runtime.kernel.clock import Clock, FollowedClock, RealClock, Simulato
 from seoro.runtime.trace.reader import ReadClock, Readers
 
 if TYPE_CHECKING:
+    from anyio.abc import TaskGroup
+
     from seoro.bridges.ros2.backend import RosBackend
     from seoro.bridges.ros2.participant import RosOptions
     from seoro.bridges.ros2.recording.bag_system import BagSystem
@@ -71,7 +74,7 @@ async def open_backends(
         from seoro.lab.waiting import retry_until_free  # noqa: PLC0415 - Zenoh
 
         lab = read_lab(options.lab.file)
-        if lab.bag is not None:
+        if lab.is_recorded:
             from seoro.lab.recorded import open_recorded  # noqa: PLC0415 - for runs with recorded robots
 
             yield open_recorded(lab, actor_names(plan), selectors)
@@ -88,28 +91,51 @@ async def open_backends(
         async with _open(options.simulator, seed, options, _purpose(plan)) as node:
             yield OpenBackends(node, node, (node,))
     elif options.bag is not None:
-        system = open_bag_system(options.bag)
-        yield OpenBackends(time=system, settle=system.settle, backends=(system,))
+        yield observing(open_bag_system(options.bag))
     else:
         yield OpenBackends()
 
 
-def open_bag_system(path: Path, namespaces: Mapping[str, str] | None = None) -> BagSystem:
+def open_bag_system(
+    path: Path,
+    namespaces: Mapping[str, str] | None = None,
+    *,
+    is_alone: bool = True,
+    tasks: TaskGroup | None = None,
+) -> BagSystem:
     """Open a bag as the ROS 2 system of a run.
 
     Args:
         path: The bag.
         namespaces: See `BagSystem`.
+        is_alone: See `BagSystem`.
+        tasks: Task group that plays the bag by the clock of this machine; None if the run has another clock.
 
     Raises:
         UsageError: The extra `ros2` is not installed, or the bag is unreadable.
     """
     try:
         from seoro.bridges.ros2.recording.bag_system import BagSystem  # noqa: PLC0415 - an extra
+        from seoro.bridges.ros2.recording.bag_time import PlayedBag  # noqa: PLC0415 - an extra
         from seoro.bridges.ros2.recording.reader import open_bag  # noqa: PLC0415 - an extra
     except ModuleNotFoundError as error:
         raise _missing_extra(error) from error
-    return BagSystem(open_bag(path), namespaces)
+    bag = open_bag(path)
+    return (
+        BagSystem(bag, namespaces, is_alone=is_alone) if tasks is None else PlayedBag(bag, namespaces or {}, tasks)
+    )
+
+
+def observing(system: BagSystem, placements: Mapping[str, Placement] = MappingProxyType({})) -> OpenBackends:
+    """Return the backends of a run whose clock is a bag.
+
+    Args:
+        system: The bag.
+        placements: Assignments of actors to its robots.
+    """
+    from seoro.bridges.ros2.recording.bag_time import BagTime  # noqa: PLC0415 - an extra
+
+    return OpenBackends(time=BagTime(system), settle=system.settle, backends=(system,), placements=placements)
 
 
 def _missing_extra(error: ModuleNotFoundError) -> UsageError:

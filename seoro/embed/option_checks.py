@@ -65,8 +65,14 @@ def _check_lab(options: Options, given: Lab) -> tuple[ClockName, float]:
     if options.simulator is not None:
         raise UsageError("a simulator contradicts a lab", help="leave out one of them")
     lab = read_lab(given.file)
-    if lab.bag is not None:
-        return _check_recorded(options, given)
+    if lab.bag is not None and options.ros is not None:
+        raise UsageError(
+            "recorded robots contradict a ROS 2 system: nothing can be sent into the past",
+            help="leave out `--ros`, or use a lab file with running robots",
+        )
+    if lab.is_recorded:
+        _check_clock(options, "sim", "a bag")
+        return "sim", math.inf if given.rate is None else given.rate
     clock: ClockName = "real" if lab.simulator is None else "sim"
     _check_clock(options, clock, "robots" if lab.simulator is None else "a simulator")
     if not lab.bridges:
@@ -78,16 +84,6 @@ def _check_lab(options: Options, given: Lab) -> tuple[ClockName, float]:
             help="leave out `--rate`",
         )
     return clock, 1.0
-
-
-def _check_recorded(options: Options, given: Lab) -> tuple[ClockName, float]:
-    if options.ros is not None:
-        raise UsageError(
-            "recorded robots contradict a ROS 2 system: nothing can be sent into the past",
-            help="leave out `--ros`, or use a lab file with running robots",
-        )
-    _check_clock(options, "sim", "a bag")
-    return "sim", math.inf if given.rate is None else given.rate
 
 
 def _check_clock(options: Options, clock: ClockName, run: str) -> None:

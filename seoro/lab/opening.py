@@ -15,11 +15,13 @@ from seoro.errors import BackendRefused, UsageError
 from seoro.lab.binding import States, bind
 from seoro.lab.readiness import unmet_conditions
 from seoro.lab.reading import Lab
+from seoro.lab.recorded import opening_bag
 from seoro.lab.resetting import ResetRun, Resets
 from seoro.lab.schema import BeforeFile, LimitsFile, SimulatorFile
 from seoro.lab.selectors import Selector
 from seoro.lab.status import listed_robots, read_states
 from seoro.lab.teardown import Teardown
+from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.execution.assignment import Home, Placement
 
 Node = SimulatorNode | RobotNode
@@ -58,6 +60,7 @@ async def open_lab(
     }
     async with AsyncExitStack() as stack:
         opened: dict[str, Node] = {}
+        recorded = await stack.enter_async_context(opening_bag(lab, bound))
         # All runs acquire in the same order; a simulator is started last.
         for name, bridge in sorted(lab.bridges.items(), key=lambda item: (item[1].name or "", item[1].connect)):
             served = [robot for robot in bound.values() if lab.robots[robot].where == name]
@@ -76,7 +79,9 @@ async def open_lab(
             opened[name] = simulator = await stack.enter_async_context(starting)
         places = {robot: lab.robots[robot].where for robot in bound.values()}
         nodes = {robot: opened[where] for robot, where in places.items() if where is not None}
-        placements = {actor: _placement(lab, robot, nodes[robot]) for actor, robot in bound.items()}
+        placements = {
+            actor: _placement(lab, robot, nodes[robot]) for actor, robot in bound.items() if robot in nodes
+        }
         await _check_ready(lab, nodes)
         for node in opened.values():
             _limit_requests(lab, node, [robot for robot, its_node in nodes.items() if its_node is node])
@@ -88,8 +93,14 @@ async def open_lab(
         teardown = Teardown(lab, nodes, runs)
         async with teardown.after_block():
             # The simulator comes first, as the preferred backend.
-            backends = tuple(sorted(opened.values(), key=lambda node: node is not simulator))
-            yield OpenBackends(simulator, simulator, backends, placements, teardown)
+            backends: tuple[Backend, ...] = tuple(sorted(opened.values(), key=lambda node: node is not simulator))
+            if recorded is not None:
+                backends, placements = (*backends, recorded.system), {**placements, **recorded.placements}
+            if recorded is None or simulator is None:
+                yield OpenBackends(simulator, simulator, backends, placements, teardown)
+            else:
+                time = recorded.time_beside(simulator)
+                yield OpenBackends(simulator, time, backends, placements, teardown, recorded.system.settle)
 
 
 def _simulator(

@@ -60,6 +60,11 @@ class Lab:
         """Bag of the recorded robots; None without one."""
         return next((self._folder / robot.bag for robot in self._file.robots.values() if robot.bag), None)
 
+    @property
+    def is_recorded(self) -> bool:
+        """Whether all robots are recorded, so that their bag is the clock of runs."""
+        return self.bag is not None and not self._file.simulators and not self._file.bridges
+
     def address(self, where: str | None) -> tuple[str | None, str | None]:
         """Return the endpoint of a simulator or bridge and its name there.
 
@@ -136,13 +141,10 @@ class Lab:
             taken[remote] = actor
 
     def _conflicts_of_bags(self, recorded: Mapping[str, RobotFile]) -> Iterator[str]:
-        file = self._file
         for name, robot in recorded.items():
-            place = f"{self._lines.at(('robots', name, 'bag'))}: robots.{name}"
-            if file.simulators or file.bridges:
-                yield f"{place}: a bag is the clock of its runs: put recorded robots into a lab file of their own"
             if self._folder / str(robot.bag) != self.bag:
-                yield f"{place}: a run has one bag, which is its clock: expected {self.bag}"
+                place = self._lines.at(("robots", name, "bag"))
+                yield f"{place}: robots.{name}: the recorded robots of a lab have one bag: expected {self.bag}"
 
 
 def read_lab(path: Path) -> Lab:

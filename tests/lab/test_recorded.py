@@ -18,6 +18,7 @@ pytestmark = pytest.mark.anyio
 
 TF = "tf2_msgs/msg/TFMessage"
 ODOMETRY = "nav_msgs/msg/Odometry"
+GOALS, STATUS = "navigate_to_pose/_action/status", "action_msgs/msg/GoalStatusArray"
 HEAD = "import osc.helpers\nimport osc.ros\nscenario field:\n    tb: differential_drive_robot\n"
 LAB = "robots:\n  tb: {kind: bag, bag: drive, namespace: /tb}\n"
 
@@ -27,7 +28,11 @@ async def folder(tmp_path: Path) -> Path:
     """A lab with a recorded robot that drives from 0 to 5 m at 1 m/s, in a namespace."""
     frames = BagTopic("/tb/tf", TF, TYPES.type_hash(TF), ())
     odometry = BagTopic("/tb/odom", ODOMETRY, TYPES.type_hash(ODOMETRY), ())
+    goals = BagTopic(f"/tb/{GOALS}", STATUS, TYPES.type_hash(STATUS), ())
     messages = []
+    for second, status in ((1, 2), (4, 4)):
+        payload = TYPES.encode(STATUS, {"status_list": [{"status": status}]})
+        messages.append((goals.name, payload, second * SECOND))
     for step in range(51):
         at, x = step * SECOND // 10, step / 10
         place = {"translation": {"x": x}, "rotation": {"w": 1.0}}
@@ -36,7 +41,8 @@ async def folder(tmp_path: Path) -> Path:
         messages.append(("/tb/tf", TYPES.encode(TF, {"transforms": [transform]}), at))
         pose = {"pose": {"pose": {"position": {"x": x}}}}
         messages.append(("/tb/odom", TYPES.encode(ODOMETRY, pose), at))
-    await write(tmp_path / "drive", messages, CHATTER, frames, odometry)
+    messages.sort(key=lambda each: each[2])
+    await write(tmp_path / "drive", messages, CHATTER, frames, odometry, goals)
     (tmp_path / "lab.yaml").write_text(LAB)
     return tmp_path
 
@@ -55,6 +61,7 @@ def execute(folder: Path, body: str, capsys: pytest.CaptureFixture[str], *option
         ("tb.tf_close_to(25cm, position_3d(x: 3m))", "2.80 s"),
         ("tb.odometry_distance_traveled(1.95m)", "2.00 s"),
         ('wait_for_data("/chatter", "std_msgs/msg/String")', "0.00 s"),
+        (f'check_data("/tb/{GOALS}", "{STATUS}", "{{status_list: [{{status: 4}}]}}")', "4.00 s"),
     ],
 )
 def test_a_recorded_robot_does_what_it_did(
@@ -85,6 +92,7 @@ def test_a_typed_robot_is_selected(folder: Path, capsys: pytest.CaptureFixture[s
     ("body", "options", "reason"),
     [
         ("tb.nav_to_pose(pose_3d())", (), "a recorded robot obeys no commands"),
+        ("tb.nav_to_pose(pose_3d())", (), f"check how its own goals ended, with `check_data` on /tb/{GOALS}"),
         ("service_call('/a', 'std_srvs/srv/Empty', '{}')", (), "cannot carry out `service_call`"),
         ("wait elapsed(1s)", ("--ros",), "recorded robots contradict a ROS 2 system"),
         ("wait elapsed(1s)", ("--clock", "real"), "impossible with a bag"),
@@ -103,8 +111,7 @@ def test_commands_are_refused_before_the_run(
         ("tb: {kind: bag}", "needs both `kind: bag` and `bag`"),
         ("tb: {type: turtlebot4}", "expected either `in`"),
         ("tb: {kind: bag, bag: drive, limits: {speed: 1}, as: a}", "obeys no commands: remove limits, as"),
-        ("tb: {kind: bag, bag: drive}\n  other: {kind: bag, bag: a}", "a run has one bag"),
-        ("tb: {kind: bag, bag: drive}\nbridges:\n  floor: {connect: x}", "a lab file of their own"),
+        ("tb: {kind: bag, bag: drive}\n  other: {kind: bag, bag: a}", "the recorded robots of a lab have one bag"),
         ("tb: {kind: bag, bag: missing}", "lab.yaml:2: robots.tb: "),
         ("tb: {kind: bag, bag: drive, namespace: /tb1}", "lab.yaml:2: robots.tb: the bag"),
         ("two: {kind: bag, bag: drive}", "lab.yaml:2: unknown actor 'two'"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
@@ -18,12 +18,14 @@ class BagClock:
 
     Args:
         start: Time of the first message [ns since the epoch].
+        on_wait: Called when a time is waited for.
     """
 
     jumps = 0
 
-    def __init__(self, start: int) -> None:
+    def __init__(self, start: int, on_wait: Callable[[], None]) -> None:
         self.time = start
+        self._on_wait = on_wait
         self._changes = Condition()
         self._moments: list[int] = []
         self._followers = 0
@@ -45,6 +47,7 @@ class BagClock:
         """Wait until a time [s since the epoch]."""
         due = _first_at(moment)
         self._moments.append(due)
+        self._on_wait()
         try:
             await self._changes.wait_for(lambda: self.time >= due)
         finally:

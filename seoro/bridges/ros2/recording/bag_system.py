@@ -1,7 +1,7 @@
 """A recorded bag as a ROS 2 system that a run observes: messages arrive at their times in the bag.
 
-The bag is the clock of the run. Nothing can be sent into the past, so that the system has neither publishers nor
-services.
+Nothing can be sent into the past, so that the system has neither publishers nor services. The times are those of
+`bag_time.py`.
 """
 
 from __future__ import annotations
@@ -20,25 +20,31 @@ from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagMessage
 from seoro.bridges.ros2.recording.reader import Bag
 from seoro.bridges.ros2.wire import Durability
+from seoro.concurrency.condition import Condition
 from seoro.errors import BackendLost
 from seoro.runtime.contracts import ros2 as contract
 from seoro.runtime.contracts.backends import EXHAUSTED, WARNING, EventHandler, LossHandler
 
 ROBOT: Final = "robot"  # base type of all robots
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
+GOALS: Final = "/_action/status"  # end of topics with the states of goals
 TRANSITION: Final = "lifecycle_msgs/msg/TransitionEvent"
 
 
 class BagSystem:
-    """A bag as a backend and time server of a run; see `contracts.ros2.ObservedSystem`.
+    """A bag as a backend of a run; see `contracts.ros2.ObservedSystem`.
 
     Args:
         bag: The bag.
         namespaces: Namespaces of the recorded robots of a lab, by their names there. None if the bag was recorded
             on any robot of the scenario.
+        is_alone: Whether a run cannot go on after the end of the bag, since the bag is its clock.
+
+    Attributes:
+        changed: Notified when an action begins to observe.
     """
 
-    def __init__(self, bag: Bag, namespaces: Mapping[str, str] | None = None) -> None:
+    def __init__(self, bag: Bag, namespaces: Mapping[str, str] | None = None, *, is_alone: bool = True) -> None:
         self.name = f"the bag {bag.path}"
         self.topics = frozenset(bag.topics)
         self._bag = bag
@@ -46,7 +52,10 @@ class BagSystem:
         self._types = TypeStore.bundled()
         self._definitions_of: dict[str, TypeStore] = {}  # by topic
         self._start = bag.extent.start
-        self._clock = BagClock(self._start)
+        self.changed = Condition()
+        self._clock = BagClock(self._start, self.changed.notify_all)
+        self._is_alone = is_alone
+        self._is_exhausted = False
         self._subscriptions: dict[str, list[BagSubscription]] = {}
         self._frames: list[BagFrames] = []
         self._wanted: frozenset[str] = frozenset()
@@ -55,7 +64,7 @@ class BagSystem:
         self._on_event: EventHandler = lambda _name, _arguments: None
         self._has_begun = False
 
-    # ------------------------------------------------------------ backend and time server
+    # ------------------------------------------------------------ backend and time
 
     def assign_robot(self, actor: str, types: Sequence[str]) -> str | None:
         """Return the name of an actor if it is a robot: the bag was recorded on it. Labs assign theirs."""
@@ -63,7 +72,10 @@ class BagSystem:
 
     def reason_unobeyed(self) -> str:
         """See `Observing`."""
-        return "a recorded robot obeys no commands: observe it, for example with `tf_close_to`"
+        hint = "a recorded robot obeys no commands: observe it, for example with `tf_close_to`"
+        if goals := sorted(topic for topic in self.topics if topic.endswith(GOALS)):
+            hint += f", or check how its own goals ended, with `check_data` on {', '.join(goals)}"
+        return hint
 
     def namespace_of(self, robot: str) -> str:
         """Return the namespace of a robot in a lab file; empty for the root."""
@@ -80,28 +92,59 @@ class BagSystem:
         """Return an empty text: a bag is never lost."""
         return ""
 
-    async def advance(self, until: float) -> float:
-        """Deliver the next messages, if their time is at most `until` [s since the start of the bag].
+    @property
+    def time(self) -> float:
+        """Present time [s since the start of the bag]."""
+        return self._seconds(self._clock.time)
 
-        After the end of the bag, the run is notified that it has ended.
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last message of the bag [s]."""
+        return self._seconds(self._bag.extent.end)
+
+    def _seconds(self, at: int) -> float:
+        """Convert a time [ns since the epoch] into seconds since the start of the bag."""
+        return (at - self._start) / SECOND
+
+    def next_time(self) -> float | None:
+        """Return the next time of a message or an awaited one [s since the start of the bag]; None without.
+
+        An action that still observes the bag at its end waits for that, too.
+
+        Raises:
+            BackendLost: A file of the bag is damaged.
+        """
+        message, moment, now = self._peek(), self._clock.next_moment, self._clock.time
+        times = [] if message is None else [message.received]
+        times += [] if moment is None or moment <= now else [moment]
+        if self._is_observed and not times and not self._is_exhausted:
+            times = [max(now, self._bag.extent.end + 1)]
+        return self._seconds(min(times)) if times else None
+
+    def deliver(self, until: float) -> None:
+        """Deliver all messages up to a time [s since the start of the bag], which becomes the present time.
+
+        After the end of the bag, the run is notified, if it cannot go on or an action still observes the bag.
+
+        Raises:
+            BackendLost: A file of the bag is damaged.
         """
         limit = self._start + round(until * SECOND)
-        if (moment := self._clock.next_moment) is not None and self._clock.time < moment < limit:
-            limit = moment
-        message = self._peek()
-        if message is None or message.received > limit:
-            self._clock.set(max(self._clock.time, limit))
-            self._has_begun = self._clock.time > self._start
-            if limit > self._bag.extent.end:
-                self._on_event(EXHAUSTED, {"time": until, "reason": self._end()})
-        else:
+        while (message := self._peek()) is not None and message.received <= limit:
             self._clock.set(message.received)
             self._has_begun = True
-            while message is not None and message.received == self._clock.time:
-                self._deliver(message)
-                self._next = next(self._coming, None)
-                message = self._next
-        return (self._clock.time - self._start) / SECOND
+            self._deliver(message)
+            self._next = next(self._coming, None)
+        self._clock.set(max(self._clock.time, limit))
+        self._has_begun = self._has_begun or self._clock.time > self._start
+        if limit > self._bag.extent.end and (self._is_alone or self._is_observed) and not self._is_exhausted:
+            self._is_exhausted = True
+            self._on_event(EXHAUSTED, {"time": until, "reason": self._end()})
+
+    @property
+    def _is_observed(self) -> bool:
+        """Whether an action observes the bag."""
+        return bool(self._subscriptions or self._frames)
 
     async def settle(self) -> None:
         """Let tasks that follow the bag report to their actions."""
@@ -109,8 +152,8 @@ class BagSystem:
 
     def _end(self) -> str:
         """Describe the end of the bag."""
-        seconds = (self._bag.extent.end - self._start) / SECOND
-        return f"{self.name} ends after {seconds:.3f} s, and the scenario still waits"
+        who = "the scenario still waits" if self._is_alone else "an action still observes it"
+        return f"{self.name} ends after {self.duration:.3f} s, and {who}"
 
     def _peek(self) -> BagMessage | None:
         """Return the next message of an observed topic."""
@@ -169,6 +212,7 @@ class BagSystem:
     @contextmanager
     def _observed(self, name: str, subscription: BagSubscription) -> Iterator[None]:
         self._subscriptions.setdefault(name, []).append(subscription)
+        self.changed.notify_all()
         try:
             yield
         finally:
@@ -229,6 +273,7 @@ class BagSystem:
         for message in self._past(topics):
             self._add_transforms(frames, message)
         self._frames.append(frames)
+        self.changed.notify_all()
         try:
             with self._clock.followed():
                 yield frames
