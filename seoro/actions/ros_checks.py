@@ -115,9 +115,14 @@ async def assert_topic_latency(
     wait_for_first_message: bool,
     topic_type: str,
 ) -> None:
-    """Watch the age of messages at their arrival; the mean of some ages must satisfy the comparison."""
+    """Watch the age of messages at their arrival; the mean of some ages must satisfy the comparison.
+
+    Without a type, the first publisher has it.
+    """
     if rolling_average_count < 1:
         raise ActionFailed(f"invalid `rolling_average_count`: expected at least 1, found {rolling_average_count}")
+    if not topic_type and not wait_for_first_message:
+        raise ActionFailed("missing `topic_type`, which `wait_for_first_message: false` needs")
     limit = None if wait_for_first_message else latency
     system = observed_system(ctx)
     with as_action_failure():

@@ -81,6 +81,7 @@ def test_what_happened_satisfies_the_scenario(body: str, bag: Path, capsys: pyte
             1,
             "ends after 5.000 s",
         ),
+        ('do assert_topic_latency("/scan", 0.1s)', 1, "the latency of /scan is 0.5 s"),
         (
             'do assert_topic_latency("/scan", 0.1s, topic_type: "sensor_msgs/msg/LaserScan")',
             1,

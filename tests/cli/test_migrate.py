@@ -9,7 +9,14 @@ import pytest
 
 from seoro.cli.main import main
 
-HEAD = "import osc.helpers\nimport osc.moveit2\n\nscenario main:\n"
+HEAD = """import osc.helpers
+import osc.moveit2
+
+struct pause:
+    left: int = 3
+
+scenario main:
+"""
 MODIFIER = """    do serial:
         log('a')
         # twice
@@ -24,6 +31,27 @@ MOVED = """    do serial:
             timeout(3s)
     with:
         repeat(2)  # of them
+"""
+SEVERAL = """    do serial:
+        retry(3)
+        log('a')
+        timeout(3s)
+        repeat(2)"""
+SEVERAL_MOVED = """    do serial:
+        log('a')
+    with:
+        retry(3)
+        timeout(3s)
+        repeat(2)"""
+VALUES = """    x: pause = pause
+    do serial:
+        wait elapsed(pause.left)
+        wait elapsed(x.left + 1)
+"""
+VALUES_MENDED = """    x: pause = pause()
+    do serial:
+        wait elapsed(pause().left * 1s)
+        wait elapsed((x.left + 1) * 1s)
 """
 IN_A_BLOCK = """    do serial:
         log('a')
@@ -82,6 +110,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "        log('b')\n",
             id="nested",
         ),
+        pytest.param(SEVERAL, SEVERAL_MOVED, id="several"),
         pytest.param(IN_A_BLOCK, MOVED_INTO_THE_BLOCK, id="block"),
         pytest.param(ACTOR, CONSTRAINED, id="constructor"),
         pytest.param(
@@ -89,6 +118,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "    tool: arm with:\n        keep(it.namespace == 'one')\n    do log('a')\n",
             id="positional",
         ),
+        pytest.param(VALUES, VALUES_MENDED, id="values"),
         pytest.param("    tool: arm = arm()\n    do log('a')\n", "    tool: arm\n    do log('a')\n", id="empty"),
     ],
 )
@@ -106,11 +136,7 @@ def test_files_are_rewritten_once(before: str, after: str, file: Path, capsys: p
 @pytest.mark.parametrize(
     ("text", "decision"),
     [
-        ("    do serial:\n        repeat(2)\n", "a.osc:6:9: needs a decision: `repeat` is a modifier"),
-        (
-            "    do serial:\n        repeat(2)\n        timeout(3s)\n        log('a')\n",
-            "a.osc:7:9: needs a decision",
-        ),
+        ("    do serial:\n        repeat(2)\n", "a.osc:9:9: needs a decision: `repeat` is a modifier"),
         ("    x: arm = arm('a',  # why\n        ['b'])\n    do log('a')\n", "unknown method or struct `arm`"),
         ("    do logg('a')\n", "[E0"),
     ],
@@ -128,7 +154,7 @@ def test_without_write_changes_are_only_listed(file: Path, capsys: pytest.Captur
     file.write_text(HEAD + MODIFIER)
     assert main(["migrate", "--diff", "."]) == 0
     out, err = capsys.readouterr()
-    assert out.startswith("a.osc:8: moved `repeat` into the `with:` block of its composition\n--- a.osc\n")
+    assert out.startswith("a.osc:11: moved `repeat` into the `with:` block of the composition\n--- a.osc\n")
     assert "\n+    with:\n+        repeat(2)  # of them\n" in out
     assert err == "1 file to rewrite (with --write), 1 without open decisions, 0 with\n"
     assert file.read_text() == HEAD + MODIFIER
@@ -144,10 +170,10 @@ def test_json_has_rewritings_and_decisions(file: Path, capsys: pytest.CaptureFix
     assert found["file"] == "a.osc"
     assert found["changed"]
     assert found["rewritings"] == [
-        {"line": 9, "title": "moved `repeat` into the `with:` block of its composition"}
+        {"line": 12, "title": "moved `repeat` into the `with:` block of the composition"}
     ]
     [decision] = found["decisions"]
-    assert (decision["code"], decision["line"]) == ("E0612", 11)
+    assert (decision["code"], decision["line"]) == ("E0612", 14)
     assert "docker exec" in decision["help"]
 
 

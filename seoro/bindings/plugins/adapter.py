@@ -29,6 +29,7 @@ from seoro.runtime.values.values import Actor
 
 ACTOR: Final = "associated_actor"  # parameter of classes for the actor
 PERIOD: Final = 0.1  # [s] between two updates
+SHUTDOWN: Final = 10.0  # [s] for `shutdown`, beyond the grace period
 _EXPECTED: Final = ("SUCCESS", "FAILURE", "RUNNING", "INVALID")
 
 
@@ -63,7 +64,8 @@ def adapt(made: ActionClass) -> Callable[..., Coroutine[Any, Any, None]]:
     async def run(ctx: ActionContext, *leading: Actor, **fields: Any) -> None:
         actor = leading[0] if leading else None
         driven = _Driven(made, ctx, actor, made.values(fields))
-        kept = await ctx.keep(driven.shutting_down())
+        ctx.extend_grace(SHUTDOWN)
+        kept = await ctx.keep(driven.shutting_down(), SHUTDOWN)
         try:
             await run_in_thread(ctx, driven.run)
         except BaseException:

@@ -20,6 +20,7 @@ from seoro.bridges.ros2.clients.presence import Presence, full_name
 from seoro.bridges.ros2.clock import MachineClock, SharedClock
 from seoro.bridges.ros2.descriptions import node_for_service
 from seoro.bridges.ros2.endpoints import RosPublisher, RosSubscription
+from seoro.bridges.ros2.graph import types_of
 from seoro.bridges.ros2.participant import RosNode, RosOptions, connect_system
 from seoro.bridges.ros2.recording import Playback, Recording, open_bag, play, record
 from seoro.bridges.ros2.state.publishing import publishing_state
@@ -134,8 +135,10 @@ class RosBackend:
 
     @asynccontextmanager
     async def subscribing(self, topic: str, type_name: str, qos: str) -> AsyncIterator[RosSubscription]:
-        """Create a subscription to a topic."""
-        async with self._node.subscribing(topic, type_name, PRESETS[qos]) as subscription, background() as tasks:
+        """Create a subscription to a topic; without a type, wait for a publisher and use its type."""
+        name = self._node.resolve(topic)
+        found = type_name or (await self._node.graph.wait_for(lambda graph: types_of(graph.publishers(name))))[0]
+        async with self._node.subscribing(topic, found, PRESETS[qos]) as subscription, background() as tasks:
             incoming = RosSubscription(subscription, self._node)
             tasks.start_soon(incoming.watch_types)
             try:

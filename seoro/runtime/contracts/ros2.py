@@ -146,7 +146,13 @@ class ObservedSystem(Protocol):
         """Return the namespace of a robot, unless its actor has one; empty for the root."""
 
     def subscribing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosSubscription]:
-        """Create a subscription to a topic."""
+        """Create a subscription to a topic.
+
+        Args:
+            topic: Name of the topic.
+            type_name: Type of its messages; empty for that of its publishers, which it waits for.
+            qos: Name of the QoS profile.
+        """
 
     def clock(self, note: Note) -> AbstractAsyncContextManager[RosClock]:
         """Follow the time of the system: `/clock` if it is published, otherwise the clock of this machine.

@@ -76,6 +76,14 @@ async def test_data_that_compares_is_found(
             "unknown latency of /odom: the stamps of its messages are 0",
         ),
         (
+            'assert_topic_latency("/scan", 1ms)',
+            "the latency of /scan is 0.0[0-9]+ s; expected <= 0.001 s",
+        ),
+        (
+            'assert_topic_latency("/scan", 1s, wait_for_first_message: false)',
+            "missing `topic_type`, which `wait_for_first_message: false` needs",
+        ),
+        (
             f'assert_topic_latency("/silent", 0.2s, wait_for_first_message: false, topic_type: {EMPTY})',
             "no message on /silent within 0.2 s",
         ),

@@ -197,7 +197,7 @@ class BagSystem:
         name = _full(topic)
         [described] = self._bag.choose([name])
         try:
-            canonical = self._types.canonical(type_name)
+            canonical = self._types.canonical(type_name) if type_name else described.type
         except UnknownInterface:
             canonical = self._definitions(name).canonical(type_name)
         if described.type != canonical:
