@@ -1,6 +1,7 @@
 """Actions of packages for scenario_execution: classes without any base class, found by their entry points."""
 
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -202,6 +203,38 @@ async def test_what_is_no_status_is_an_error(package: Path) -> None:
     verdict, _ = await run(package, "dig(20cm, 1)")
     assert verdict.status is RunStatus.ERROR
     assert "expected one of SUCCESS, FAILURE, RUNNING, INVALID from `update`, found 'done'" in verdict.reason
+
+
+async def run_blocking(package: Path, old: str, monkeypatch: pytest.MonkeyPatch) -> Verdict:
+    """Run with a method that blocks until the end of the run, where it must not keep the process."""
+    monkeypatch.setattr("seoro.bindings.plugins.adapter.SHUTDOWN", 0.1)
+    module = package / "acts.py"
+    text = module.read_text().replace(old, f"RELEASE.wait()\n        {old}")
+    module.write_text(
+        text.replace("import enum\n", "import enum\nimport threading\nRELEASE = threading.Event()\n")
+    )
+    file = package.parent.parent / "main.osc"
+    file.write_text(f"{MAIN}        one_of:\n            dig(20cm, 1)\n            wait elapsed(0.1s)\n")
+    async with seoro.start(seoro.load(file), grace=0.1) as running:
+        verdict = await running.result()
+    assert all(thread.daemon for thread in threading.enumerate() if thread.name.startswith("seoro"))
+    sys.modules["sx_garden.acts"].RELEASE.set()
+    return verdict
+
+
+async def test_a_blocking_update_ends_the_run_as_an_error(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    verdict = await run_blocking(package, "self.done += 1", monkeypatch)
+    assert verdict.status is RunStatus.ERROR
+    assert "the thread of `dig` has not ended 0.2 s after it was cancelled" in verdict.reason
+    assert "shutdown at" in (package / "log.txt").read_text()
+
+
+async def test_a_blocking_shutdown_ends_the_run_as_an_error(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    verdict = await run_blocking(package, 'self.logger.info("cleaned")', monkeypatch)
+    assert verdict.status is RunStatus.ERROR
+    assert "took longer than 0.2 s" in verdict.reason
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,13 @@ what the object has started may continue.
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from collections.abc import AsyncIterator, Callable, Collection, Coroutine, Mapping
 from contextlib import asynccontextmanager, suppress
 from dataclasses import field
 from functools import partial
 from typing import Any, Final
-
-import anyio
 
 from seoro.bindings.plugins.model import Blackboard, Clock, Logger, Model
 from seoro.bindings.plugins.values import passed
@@ -112,7 +111,7 @@ class _Driven:
         if not callable(shutdown):
             return
         try:
-            await anyio.to_thread.run_sync(partial(self._call, shutdown), abandon_on_cancel=True)
+            await _call_in_thread(partial(self._call, shutdown))
         except Exception as error:
             if self._succeeded:
                 raise
@@ -214,3 +213,34 @@ class _Driven:
             if any(base.__name__ == "ActionError" for base in type(error).__mro__):
                 raise ActionFailed(str(getattr(error, "msg", "") or error)) from error
             raise
+
+
+async def _call_in_thread(function: Callable[[], object]) -> None:
+    """Call a function in a thread, which a cancellation abandons.
+
+    The thread is a daemon, so that the process can exit while the function blocks.
+    """
+    loop = asyncio.get_running_loop()
+    done: asyncio.Future[None] = loop.create_future()
+
+    def end(error: Exception | None) -> None:
+        if done.cancelled():
+            return
+        if error is None:
+            done.set_result(None)
+        else:
+            done.set_exception(error)
+
+    def call() -> None:
+        failed: Exception | None = None
+        try:
+            function()
+        except Exception as error:
+            failed = error
+        except SystemExit as error:
+            failed = RuntimeError(f"SystemExit: {error}")
+        with suppress(RuntimeError):  # the event loop may be closed
+            loop.call_soon_threadsafe(end, failed)
+
+    threading.Thread(target=call, name="seoro shutdown", daemon=True).start()
+    await done
