@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import field
 from functools import cache, partial
@@ -18,7 +18,15 @@ from seoro.lang.frozen import Value
 from seoro.lang.plan import ActorType, Plan
 from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.execution.assignment import Placement
-from seoro.runtime.kernel.clock import Clock, FollowedClock, RealClock, SimulatorClock, TimeServer, VirtualClock
+from seoro.runtime.kernel.clock import (
+    Clock,
+    FollowedClock,
+    RealClock,
+    Settle,
+    SimulatorClock,
+    TimeServer,
+    VirtualClock,
+)
 from seoro.runtime.trace.reader import ReadClock, Readers
 
 if TYPE_CHECKING:
@@ -43,7 +51,7 @@ class OpenBackends(Value):
         backends: All backends.
         placements: Explicit assignments of actors to robots.
         teardown: Teardown of its robots after the run.
-        settle: Waits until tasks that follow the time of the run have reported; None without such tasks.
+        settle: See `FollowedClock`; None if no tasks follow the time of the run.
     """
 
     simulator: SimulatorNode | None = None
@@ -51,7 +59,7 @@ class OpenBackends(Value):
     backends: tuple[Backend, ...] = ()
     placements: Mapping[str, Placement] = field(default_factory=dict)
     teardown: Teardown | None = None
-    settle: Callable[[], Awaitable[None]] | None = None
+    settle: Settle | None = None
 
 
 @asynccontextmanager

@@ -24,7 +24,12 @@ from seoro.bridges.ros2.runs.node import DIAGNOSTICS, EXECUTE, LATCHED, status_o
 from seoro.bridges.ros2.state.stopping import TRIGGER
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.cli.main import main
-from tests.executors import LONG, RunningExecutor, executor
+from seoro.cli.ros.serve import chosen
+from seoro.client.served_runs import ServedRuns
+from seoro.concurrency.background import background
+from seoro.embed.options import Options
+from seoro.errors import UsageError
+from tests.executors import LONG, NAME, RunningExecutor, executor
 from tests.routers import routing
 
 DEADLINE = 90.0  # [s]
@@ -213,3 +218,45 @@ def test_the_status_is_that_of_active_runs_or_of_the_last() -> None:
 def test_a_missing_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["ros", "serve", str(tmp_path / "missing")]) == 2
     assert "folder of scenario files not found" in capsys.readouterr().err
+
+
+def test_the_node_waits_for_an_executor_that_starts_later(tmp_path: Path) -> None:
+    with routing() as router:
+        started = command(router, f"unixsock-stream/{tmp_path}/hub", str(tmp_path))
+        with subprocess.Popen(started, stdout=subprocess.PIPE, text=True) as process:
+            try:
+                with executor(tmp_path):
+                    assert process.stdout is not None
+                    assert "node /seoro_executor" in process.stdout.readline()
+            finally:
+                process.kill()
+
+
+@pytest.mark.more
+async def test_an_executor_that_dies_is_reported(tmp_path: Path) -> None:
+    (tmp_path / "long.osc").write_text(LONG)
+    with executor(tmp_path) as lab:
+        options = Options(timeout=600.0)
+        async with seoro.Client(lab.endpoint, patience=0.5) as client, background() as tasks:
+            runs = ServedRuns(client, NAME, [tmp_path], options, tasks)
+            started = await runs.start("long", "")
+            await runs.changed.wait_for(lambda: runs.states()[0].state is State.RUNNING, DEADLINE)
+            lab.kill()
+            await runs.changed.wait_for(lambda: runs.states()[0].is_lost, DEADLINE)
+            assert runs.states()[0].text.startswith("unknown: ")
+            assert status_of(runs.states()) == 4
+            assert await runs.stop("too late") == []
+            assert started.run == runs.states()[0].run
+
+
+@pytest.mark.parametrize(
+    ("names", "wanted", "reason"),
+    [
+        ([], None, "no executor at here"),
+        (["a", "b"], None, "several executors at here"),
+        (["a"], "b", "no executor 'b' at here"),
+    ],
+)
+def test_the_executor_has_to_be_known(names: list[str], wanted: str | None, reason: str) -> None:
+    with pytest.raises(UsageError, match=reason):
+        chosen("here", names, wanted)

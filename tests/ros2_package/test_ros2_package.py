@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
@@ -36,6 +37,18 @@ def test_arguments_of_launch_files_are_options_of_exec(capsys: pytest.CaptureFix
     assert not missing
 
 
+def test_the_launch_file_of_executors_has_options_of_its_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (PACKAGE / "launch" / "executor.launch.py").read_text()
+    options = set(re.findall(r'"(--[a-z-]+)"', text))
+    assert options == {"--name", "--listen", "--on", "--executor", "--ros", "--node"}
+    described = ""
+    for command in (["serve"], ["ros", "serve"]):
+        with pytest.raises(SystemExit):
+            main([*command, "--help"])
+        described += capsys.readouterr().out
+    assert not [option for option in options if f"{option} " not in described]
+
+
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a workspace with the built package."""
@@ -55,6 +68,7 @@ def test_colcon_installs_launch_files_and_the_command(prefix: Path) -> None:
     share = prefix / "seoro" / "share"
     assert (share / "ament_index" / "resource_index" / "packages" / "seoro").is_file()
     assert (share / "seoro" / "launch" / "scenario.launch.py").is_file()
+    assert (share / "seoro" / "launch" / "executor.launch.py").is_file()
     assert (share / "seoro" / "test" / "scenario.test.py").is_file()
     assert os.access(prefix / "seoro" / "lib" / "seoro" / "seoro", os.X_OK)
 

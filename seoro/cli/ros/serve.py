@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 import logging
 import sys
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
 
 import anyio
 
 from seoro.bridges.ros2.participant import RosOptions, connect_system
 from seoro.bridges.ros2.runs.node import serving_runs
+from seoro.bridges.session import SessionError
 from seoro.cli.exit_status import Exit
 from seoro.cli.run_arguments import leasing_of, ros_of, settings_of
 from seoro.client import Client, check_priority
@@ -21,6 +24,7 @@ from seoro.text.printable import log_to_stderr
 
 ENDING = "the node that started it has ended"
 CLEANUP = 10.0  # [s] maximum wait for the stop of runs at the end
+STARTING, PAUSE = 20.0, 0.5  # [s] maximum wait for an executor that starts, and time between attempts
 
 
 async def serve(options: argparse.Namespace) -> int:
@@ -34,8 +38,7 @@ async def serve(options: argparse.Namespace) -> int:
     _log_runs()
     node_options = RosOptions(ros.endpoint, ros.domain, ros.dialect, ros.interfaces)
     space, _, name = options.node.strip("/").rpartition("/")
-    async with Client(options.executor) as client, background() as tasks:
-        options.on = options.on or await _only_executor(client)
+    async with _reached_executor(options) as (client, options.on), background() as tasks:
         settings = settings_of(options, leasing=leasing_of(options))
         check_options(settings)
         runs = ServedRuns(
@@ -63,19 +66,46 @@ async def serve(options: argparse.Namespace) -> int:
     return Exit.PASSED
 
 
-async def _only_executor(client: Client) -> str:
-    """Return the name of the executor at the endpoint.
+class _NoExecutor(UsageError):
+    """The executor is missing; it may be starting."""
+
+
+@asynccontextmanager
+async def _reached_executor(options: argparse.Namespace) -> AsyncIterator[tuple[Client, str]]:
+    """Connect to an executor, and wait for one that starts at the same time; yields its name, too.
 
     Raises:
-        UsageError: No executor is there, or several are.
+        UsageError: No executor is there, or several are and the options name none.
     """
-    match await client.executors():
-        case [one]:
-            return one
-        case []:
-            raise UsageError(f"no executor at {client.endpoint}", help="start one with `seoro serve`")
-        case several:
-            raise UsageError(f"several executors at {client.endpoint}", help=f"add `--on` ({', '.join(several)})")
+    deadline = anyio.current_time() + STARTING
+    while True:
+        async with AsyncExitStack() as stack:
+            try:
+                client = await stack.enter_async_context(Client(options.executor))
+                name = chosen(client.endpoint, await client.executors(), options.on)
+            except UsageError as error:
+                is_starting = isinstance(error, _NoExecutor) or isinstance(error.__cause__, SessionError)
+                if not is_starting or anyio.current_time() > deadline:
+                    raise
+            else:
+                yield client, name
+                return
+        await anyio.sleep(PAUSE)
+
+
+def chosen(endpoint: str, names: Sequence[str], wanted: str | None) -> str:
+    """Return the wanted executor, or the only one.
+
+    Raises:
+        UsageError: It is missing, or ambiguous.
+    """
+    if not names:
+        raise _NoExecutor(f"no executor at {endpoint}", help="start one with `seoro serve`")
+    if wanted is None and len(names) > 1:
+        raise UsageError(f"several executors at {endpoint}", help=f"add `--on` ({', '.join(names)})")
+    if wanted not in (None, *names):
+        raise _NoExecutor(f"no executor '{wanted}' at {endpoint}", help=f"executors there: {', '.join(names)}")
+    return wanted or names[0]
 
 
 async def _stop(runs: ServedRuns) -> None:

@@ -17,6 +17,8 @@ NEXT = 1e-9  # [s] from an instant to the earliest one after it
 HORIZON = 1.0  # [s]; longest step when nothing is due, so that an external stop is noticed
 PACED_GRANT = 0.05  # [s]; step of a simulation that is slowed to a rate
 
+Settle = Callable[[Callable[[], bool]], Awaitable[None]]
+
 
 class Clock(Protocol):
     """The time of a run, in seconds since its start. Called by the scheduler only."""
@@ -183,15 +185,15 @@ class FollowedClock(SimulatorClock):
     Args:
         server: The simulator or bag.
         rate: See `SimulatorClock`.
-        settle: Waits until these tasks have reported.
+        settle: Waits until these tasks have taken in the present time, or a function (one has reported) is true.
     """
 
-    def __init__(self, server: TimeServer, rate: float, settle: Callable[[], Awaitable[None]]) -> None:
+    def __init__(self, server: TimeServer, rate: float, settle: Settle) -> None:
         super().__init__(server, rate)
         self._settle = settle
 
     async def pass_time(self, due: float | None, interrupt: asyncio.Event) -> None:
         """Simulate until `due`, unless a report arrives at the present time."""
-        await self._settle()
+        await self._settle(interrupt.is_set)
         if not interrupt.is_set():
             await super().pass_time(due, interrupt)

@@ -67,11 +67,12 @@ class BagClock:
         finally:
             self._followers -= 1
 
-    async def settle(self) -> None:
-        """Let tasks that follow the bag take in the present time."""
-        if self._followers:
-            for _ in range(TURNS):
-                await asyncio.sleep(0)
+    async def settle(self, has_report: Callable[[], bool]) -> None:
+        """Let tasks that follow the bag take in the present time, until one has reported to its action."""
+        for _ in range(TURNS if self._followers else 0):
+            if has_report():
+                return
+            await asyncio.sleep(0)
 
 
 def _first_at(moment: float) -> int:

@@ -7,7 +7,7 @@ Nothing can be sent into the past, so that the system has neither publishers nor
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, contextmanager
 from typing import Final
 
@@ -146,9 +146,9 @@ class BagSystem:
         """Whether an action observes the bag."""
         return bool(self._subscriptions or self._frames)
 
-    async def settle(self) -> None:
-        """Let tasks that follow the bag report to their actions."""
-        await self._clock.settle()
+    async def settle(self, has_report: Callable[[], bool]) -> None:
+        """See `BagClock.settle`."""
+        await self._clock.settle(has_report)
 
     def _end(self) -> str:
         """Describe the end of the bag."""
