@@ -125,7 +125,11 @@ def _find_module(external: External, parts: list[str], root: Root | None) -> tup
         raise _NotFound(
             messages.broken_function(external.span, external.path, error.module, error.reason, error.hint)
         ) from error
-    raise _NotFound(messages.missing_module(external.span, external.path, ".".join(parts[:-1])))
+    from seoro.lang.plugin_libraries import unbuilt_package  # noqa: PLC0415 - for this error only
+
+    folder = unbuilt_package(parts[0], external.span.file.path)
+    module = ".".join(parts[:-1])
+    raise _NotFound(messages.missing_module(external.span, external.path, module, str(folder or "")))
 
 
 def _import(name: str) -> object | None:

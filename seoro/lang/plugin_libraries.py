@@ -72,6 +72,19 @@ def unbuilt_library(name: str, scenario: Path | None) -> Path | None:
     return None
 
 
+def unbuilt_package(name: str, scenario: Path | None) -> Path | None:
+    """Return the folder around a scenario with the sources of a Python package; or None.
+
+    Args:
+        name: Name of the package.
+        scenario: The scenario file.
+    """
+    for folder in scenario.absolute().parents[:_PARENTS] if scenario is not None else ():
+        if (folder / name).is_dir() and any((folder / file).is_file() for file in _PROJECT_FILES):
+            return folder
+    return None
+
+
 def _file(point: EntryPoint) -> Path | None:
     package, file = _returned(point) or (point.module.partition(".")[0], f"{point.name}.osc")
     spec = module_spec(package)

@@ -289,6 +289,17 @@ def test_a_library_of_a_package_that_is_not_installed_is_found_around_the_scenar
     assert f"`{tmp_path}` has it for scenario_execution" in found[0].help
 
 
+def test_a_python_package_that_is_not_installed_is_found_around_the_scenario(tmp_path: Path) -> None:
+    (tmp_path / "zoo").mkdir()
+    (tmp_path / "pyproject.toml").write_text("[project]\n")
+    file = tmp_path / "scenarios/main.osc"
+    file.parent.mkdir()
+    file.write_text("struct keeper:\n    def count() -> int is external zoo.animals.count()\n")
+    found = check_file(file).checked.diagnostics
+    assert [each.code for each in found] == ["E0606"]
+    assert f"with `pip install {tmp_path}`" in found[0].help
+
+
 async def test_left_out_parameters_of_a_library_that_seoro_declares_are_none(package: Path) -> None:
     points = package.with_name("sx_garden-1.0.dist-info") / "entry_points.txt"
     points.write_text(points.read_text() + "docker_exec = sx_garden.docker:Exec\n")

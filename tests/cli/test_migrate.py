@@ -110,6 +110,13 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "        log('b')\n",
             id="nested",
         ),
+        pytest.param(
+            "    do serial:\n        repeat(2)\n        serial:\n            log('a')\n"
+            "            # in\n    # out\n",
+            "    do serial:\n        serial:\n            log('a')\n    with:\n        repeat(2)\n"
+            "            # in\n    # out\n",
+            id="comments at the end",
+        ),
         pytest.param(SEVERAL, SEVERAL_MOVED, id="several"),
         pytest.param(IN_A_BLOCK, MOVED_INTO_THE_BLOCK, id="block"),
         pytest.param(ACTOR, CONSTRAINED, id="constructor"),

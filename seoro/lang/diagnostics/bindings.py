@@ -44,8 +44,11 @@ def several_implementations(span: Span, kind: str, name: str, functions: tuple[s
     return error("E0605", span, f"both `{functions[0]}` and `{functions[1]}` implement the {kind} `{name}`", hint)
 
 
-def missing_module(span: Span, path: str, module: str) -> Diagnostic:
-    """An external method of a missing Python module."""
+def missing_module(span: Span, path: str, module: str, folder: str = "") -> Diagnostic:
+    """An external method of a missing Python module; `folder` has its package as source."""
+    if folder:
+        hint = f"`{folder}` has its package: install it beside seoro, with `pip install {folder}`"
+        return error("E0606", span, f"Python module `{module}` of `{path}` not found", hint)
     hint = "install it, or put it beside this file or into the package of its library"
     return error("E0606", span, f"Python module `{module}` of `{path}` not found", hint)
 

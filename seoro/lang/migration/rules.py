@@ -113,8 +113,16 @@ def _with_place(file: SourceFile, composition: ast.Composition, last: ast.DoMemb
     indent = indent_of(file, composition.span.start)
     inner = indent_of(file, last.span.start)
     unit = inner.removeprefix(indent) if inner.startswith(indent) and inner != indent else INDENT
-    end = line_end(file, len(file.text[: last.span.end].rstrip()) - 1)
+    end = line_end(file, _last_code(file.text[: last.span.end]))
     return _Place(end, f"{newline}{indent}{unit}", "", f"{newline}{indent}with:")
+
+
+def _last_code(text: str) -> int:
+    """Return the offset of the last character before trailing comment lines."""
+    text = text.rstrip()
+    while text.rpartition("\n")[2].lstrip().startswith("#"):
+        text = text.rpartition("\n")[0].rstrip()
+    return len(text) - 1
 
 
 def _removed(sections: Sequence[tuple[int, int]], file: SourceFile) -> list[Edit]:
