@@ -19,7 +19,7 @@ Frame = Literal["map", "odom"]
 
 @dataclass(frozen=True)
 class _Seen:
-    """A pose, when it was seen [s, machine clock], and its frame."""
+    """A pose, when it was seen [s, clock of the reports], and its frame."""
 
     time: float
     pose: tuple[float, ...]
@@ -41,34 +41,37 @@ class PoseReports:
         self._seen: dict[str, _Seen] = {}
         self._last: dict[str, tuple[float, ...]] = {}  # reported values
 
-    def announce(self, name: str, frame: Frame = "map") -> None:
-        """Report a robot, and the frame of its poses, unless both are known."""
+    def announce(self, name: str, frame: Frame = "map", at: float | None = None) -> None:
+        """Report a robot, and the frame of its poses, unless both are known; see `add` for the time."""
         if self._frames.get(name) == frame:
             return
         self._frames[name] = frame
         entity = {"name": name, "kind": "robot", "real": self._are_real, "shapes": []}
         if frame != "map":
             entity["frame"] = frame
-        self._report(SceneChange("entity", {"entity": entity}))
+        time_field = {} if at is None else {"time": at}
+        self._report(SceneChange("entity", {**time_field, "entity": entity}))
 
-    def add(self, name: str, pose: Sequence[float], frame: Frame) -> None:
+    def add(self, name: str, pose: Sequence[float], frame: Frame, at: float | None = None) -> None:
         """Report a pose, unless it is invalid or as before.
 
         Args:
             name: Name of the robot.
             pose: Position [m] and quaternion x, y, z, w.
             frame: Its frame.
+            at: Its time on the clock of the run [s]; None for now, by the clock of this machine.
         """
         if not all(map(math.isfinite, pose)):
             return
-        self.announce(name, frame)
-        before, now = self._seen.get(name), _Seen(time.monotonic(), tuple(pose), frame)
+        self.announce(name, frame, at)
+        now = _Seen(time.monotonic() if at is None else at, tuple(pose), frame)
+        before = self._seen.get(name)
         self._seen[name] = now
         values = (*now.pose, *_velocity(before, now))
         rounded = tuple(round(value, DIGITS) + 0.0 for value in values)  # no negative zero
         if self._last.get(name) != rounded or before is None or before.frame != frame:
             self._last[name] = rounded
-            self._report(PoseSample(None, {name: rounded}))
+            self._report(PoseSample(at, {name: rounded}))
 
 
 def _velocity(before: _Seen | None, now: _Seen) -> tuple[float, ...]:

@@ -96,9 +96,17 @@ def test_runs_beside_a_simulator_are_equal(folder: Path, capsys: pytest.CaptureF
     moving = 'assert_tf_moving("base_link", "map", timeout: 1s, tf_topic_namespace: "tb", duration: 4s)'
     body = f"{BOTH.format('2s', '3m')}\n        {moving}"
     for trace in traces:
-        options = ("--rate", "max", "--poses", "0", "--trace", str(trace))
+        options = ("--rate", "max", "--trace", str(trace))
         assert execute(folder, SIMULATED, body, capsys, *options)[0] == 0
     assert main(["compare", *map(str, traces)]) == 0
+    records = [json.loads(line) for line in traces[0].read_text().splitlines()]
+    robots = {each["entity"]["name"]: each["entity"]["real"] for each in records if each["kind"] == "entity"}
+    assert robots["tb"]
+    ways = [(each["time"], each["entities"]["tb"]) for each in records if "tb" in each.get("entities", {})]
+    assert len(ways) == 41
+    for time, pose in ways[2:]:
+        assert pose[0] == pytest.approx(time, abs=1e-3)  # it drives at 1 m/s
+        assert pose[7] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_the_machine_is_the_clock_beside_a_real_robot(

@@ -15,6 +15,7 @@ from seoro.bridges.ros2.errors import WrongType
 from seoro.bridges.ros2.interfaces import InvalidPayload, TypeStore, UnknownInterface
 from seoro.bridges.ros2.recording.bag_clock import SECOND, BagClock
 from seoro.bridges.ros2.recording.bag_streams import BagFrames, BagSubscription, lifecycle_states
+from seoro.bridges.ros2.recording.bag_tracks import BagTracks
 from seoro.bridges.ros2.recording.bag_types import recorded_types
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagMessage
@@ -24,6 +25,7 @@ from seoro.concurrency.condition import Condition
 from seoro.errors import BackendLost
 from seoro.runtime.contracts import ros2 as contract
 from seoro.runtime.contracts.backends import EXHAUSTED, WARNING, EventHandler, LossHandler
+from seoro.runtime.contracts.tracks import TrackReporter
 
 ROBOT: Final = "robot"  # base type of all robots
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
@@ -63,12 +65,17 @@ class BagSystem:
         self._next: BagMessage | None = None
         self._on_event: EventHandler = lambda _name, _arguments: None
         self._has_begun = False
+        self._actors: list[str] = []  # robots of the scenario, in a bag without a lab
+        self._tracks: BagTracks | None = None
 
     # ------------------------------------------------------------ backend and time
 
     def assign_robot(self, actor: str, types: Sequence[str]) -> str | None:
         """Return the name of an actor if it is a robot: the bag was recorded on it. Labs assign theirs."""
-        return actor if self._namespaces is None and ROBOT in types else None
+        if self._namespaces is not None or ROBOT not in types:
+            return None
+        self._actors.append(actor)
+        return actor
 
     def reason_unobeyed(self) -> str:
         """See `Observing`."""
@@ -84,6 +91,13 @@ class BagSystem:
     async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
         """See `Backend`."""
         self._on_event = on_event
+
+    async def start_tracks(self, rate: float, report: TrackReporter, scans: float = 0.0) -> None:
+        """See `Tracks`. Without a lab, the poses are those of the only robot of the scenario."""
+        robots = self._namespaces
+        if robots is None:
+            robots = dict.fromkeys(self._actors, "") if len(self._actors) == 1 else {}
+        self._tracks = BagTracks(self._bag, robots, self._definitions, rate, report)
 
     async def end_run(self) -> None:
         """Do nothing: nothing was started."""
@@ -130,6 +144,9 @@ class BagSystem:
             BackendLost: A file of the bag is damaged.
         """
         limit = self._start + round(until * SECOND)
+        if self._tracks is not None:
+            with self._damages():
+                self._tracks.advance(limit)
         while (message := self._peek()) is not None and message.received <= limit:
             self._clock.set(message.received)
             self._has_begun = True
@@ -171,8 +188,14 @@ class BagSystem:
         Raises:
             BackendLost: A file of the bag is damaged.
         """
-        try:
+        with self._damages():
             yield from self._bag.messages(topics, first) if topics else ()
+
+    @contextmanager
+    def _damages(self) -> Iterator[None]:
+        """Convert errors of a damaged file, which are those of a lost backend."""
+        try:
+            yield
         except UnreadableBag as error:
             raise BackendLost(str(error)) from error
 
