@@ -26,9 +26,10 @@ from seoro.errors import UsageError
 from seoro.files.inputs import Kind, open_input
 from seoro.files.world_names import WorldName
 from seoro.lang import ast
-from seoro.lang.libraries import Origin, folder_around
+from seoro.lang.libraries import FOLDER, Origin, folder_around
 from seoro.lang.loader import Sources, path_of
 from seoro.lang.lower.lower import find_entry
+from seoro.lang.projects import project_of
 
 if TYPE_CHECKING:
     from seoro.lab.reading import Lab as ReadLab
@@ -188,6 +189,7 @@ def _files_of(scenario: Scenario, options: Options, folder: Path) -> ReferencedF
             files += _files_below(path) if path.is_dir() else [path]
     for library in _library_folders(sources):
         files += _files_below(library)
+    files += _project_files(sources)
     return ReferencedFiles(files, is_absolute)
 
 
@@ -213,6 +215,15 @@ def _library_folders(sources: Sources) -> Iterator[Path]:
     for library in sources.libraries:
         if library.origin is Origin.BESIDE:
             yield folder_around(library.path) or library.path.parent
+
+
+def _project_files(sources: Sources) -> Iterator[Path]:
+    """Yield the settings of the project if they name the folder of a library."""
+    for library in sources.libraries:
+        folder = folder_around(library.path) if library.origin is Origin.BESIDE else None
+        project = None if folder is None or folder.name == FOLDER else project_of(folder)
+        if project is not None:
+            yield project.file
 
 
 def _single_files(options: Options) -> Iterator[Path]:

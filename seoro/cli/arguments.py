@@ -270,20 +270,27 @@ def add_keys_argument(parser: Container) -> None:
 
 @contextmanager
 def using_keys(options: argparse.Namespace) -> Iterator[None]:
-    """Use the keys of the options in this process and its child processes.
-
-    The block restores the environment at its end, for programs that call `main`.
-    """
+    """Use the keys of the options in this process and its child processes, during the block."""
     folder: Path | None = getattr(options, "keys", None)
-    if folder is None:
+    with using_variable(VARIABLE, None if folder is None else str(folder.absolute())):
+        yield
+
+
+@contextmanager
+def using_variable(name: str, value: str | None) -> Iterator[None]:
+    """Set a variable of the environment, unless the value is None.
+
+    The block restores it at its end, for programs that call `main`.
+    """
+    if value is None:
         yield
         return
-    before = os.environ.get(VARIABLE)
-    os.environ[VARIABLE] = str(folder.absolute())
+    before = os.environ.get(name)
+    os.environ[name] = value
     try:
         yield
     finally:
         if before is None:
-            os.environ.pop(VARIABLE, None)
+            os.environ.pop(name, None)
         else:
-            os.environ[VARIABLE] = before
+            os.environ[name] = before

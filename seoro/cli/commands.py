@@ -50,6 +50,7 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
         "rm": "delete a run and its files",
     },
     "this installation": {
+        "config": "show the settings of the project, and where each comes from",
         "doctor": "check the installation and the network, and suggest fixes",
         "completion": "print the script that completes commands in a shell",
     },

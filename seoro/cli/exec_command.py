@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from seoro.cli.arguments import add_option
-from seoro.cli.remote_arguments import add_on_arguments, check_on
+from seoro.cli.remote_arguments import add_on_arguments, check_on, use_project
 from seoro.cli.results import add_result_arguments
 from seoro.cli.run_arguments import add_lease_arguments, add_run_arguments
 from seoro.cli.video_arguments import add_video_arguments
@@ -43,6 +43,7 @@ def add_local_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; local and remote runs import different modules."""
+    use_project(options)
     check_on(options)
     if options.on is None:
         from seoro.cli.exec_local import run_local  # noqa: PLC0415

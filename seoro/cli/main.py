@@ -11,10 +11,11 @@ from functools import partial
 from importlib import import_module
 
 from seoro import __version__
-from seoro.cli.arguments import Parser, add_option, using_keys
+from seoro.cli.arguments import Parser, add_option, using_keys, using_variable
 from seoro.cli.commands import COMMANDS, REPLACED, listed
 from seoro.cli.exit_status import Exit
 from seoro.cli.output import print_error, terminal_columns
+from seoro.cli.remote_arguments import EXECUTOR_VARIABLE, endpoint_of_project
 from seoro.errors import InvalidScenario, SeoroError, UsageError, cause_of
 from seoro.lang.diagnostics import near
 
@@ -38,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.parser.refuse_unknown(unknown)
     options.arguments = arguments
     try:
-        with using_keys(options):
+        with using_keys(options), using_variable(EXECUTOR_VARIABLE, endpoint_of_project(options)):
             status = options.run(options)
             if isinstance(status, Coroutine):
                 import asyncio  # noqa: PLC0415 - for commands with an event loop only

@@ -141,6 +141,9 @@ def use_file_settings(options: argparse.Namespace, scenario: Runnable, *, repeat
     options.set = [*(f"{path}={value}" for path, value in found.overrides.items()), *options.set]
     options.constrain = [*found.constraints, *options.constrain]
     options.sim, options.world, options.seed = found.simulator, found.world, found.seed
+    options.lab = found.lab if options.lab is None else options.lab
+    options.rate = found.rate if options.rate is None else options.rate
+    options.model_path = [*options.model_path, *found.model_path]
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)
     return found

@@ -1,22 +1,25 @@
-"""Settings of a run: the directives of its scenario file, merged with the options of the caller.
+"""Settings of a run: options of the caller, merged with directives of the file and settings of the project.
 
-Options take precedence over directives. A directive that a single run cannot follow, or that an option
-replaces, becomes a note for the user.
+Options take precedence over directives, and these over settings of the project. A directive that a single run
+cannot follow, or that an option replaces, becomes a note for the user.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
 from seoro.embed.directives import Directives, read_directives
-from seoro.embed.options import Options, Simulator
+from seoro.embed.options import Lab, Options, Simulator
 from seoro.embed.parameter_files import read_parameters
 from seoro.embed.runnable import Runnable
 from seoro.embed.time_limit import WallLimit, wall_limit
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
+from seoro.lang.projects import project_of
+from seoro.lang.source import SourceFile
 
 ENDPOINT: Final = "endpoint"
 _WITHOUT_SIMULATOR: Final = ("real", "virtual")  # clocks
@@ -30,6 +33,9 @@ class FileSettings(Value):
         constraints: Constraints on parameters, besides those of options.
         simulator: Name of the simulator to start; None for none.
         world: Name or path of its world; None for its default.
+        rate: Simulated seconds per second; None for the default of the caller.
+        model_path: Folders to search for models, after those of options.
+        lab: Lab file of the project, for runs that name no simulator; None for none.
         seed: Seed of the run; None to draw one.
         seeds: All seeds that the file lists, for runners of several runs; empty if an option gives one.
         limit: Limit of the wall time.
@@ -40,6 +46,9 @@ class FileSettings(Value):
     constraints: Sequence[str]
     simulator: str | None
     world: str | None
+    rate: float | None
+    model_path: Sequence[Path]
+    lab: Path | None
     seed: int | None
     seeds: Sequence[int]
     limit: WallLimit
@@ -65,25 +74,29 @@ def settings_of_file(
 
     Raises:
         InvalidScenario: The file has no such scenario.
-        UsageError: A directive is invalid, or its world has no simulator; the error has its place.
+        UsageError: A directive or setting is invalid, or its world has no simulator; the error has its place.
     """
     file = scenario.file
     found = read_directives(file, scenario.scenario_lines)
     entry = scenario.entry(options.name)
     directives = found.scenarios.get(entry.line, found.common)
+    project = settings_of_project(file)
     target = _target(options)
     simulator = None if options.simulator is None else options.simulator.name
     if options.simulator is not None:
         world = options.simulator.world
     notes = [*_notes(directives, options, simulator, target, option_names)]
     if simulator is None and target is None:
-        simulator = next(iter(directives.simulators), None)
+        simulator = next(iter(directives.simulators), project.get("simulator"))
+    lab: Path | None = project.get("lab") if simulator is None and target is None else None
     if directives.world is not None and world is None and simulator is None and target is None:
         raise UsageError(
             f"{file.name} needs the world `{directives.world}`, but the run has no simulator",
             help="add `--sim mujoco`, or `# seoro: simulators mujoco` to the file",
         )
-    loads_world = target == ENDPOINT or (simulator is not None and target is None)
+    has_simulator = target == ENDPOINT or (simulator is not None and target is None)
+    if world is None and has_simulator:
+        world = directives.world or project.get("world")
     seeds = directives.seeds if options.seed is None else ()
     if len(seeds) > 1 and not repeats:
         notes.append(f"this run uses seed {seeds[0]} of {_listed(seeds)}")
@@ -91,12 +104,25 @@ def settings_of_file(
         overrides=_overrides(directives, options, entry.name),
         constraints=directives.constraints,
         simulator=simulator,
-        world=directives.world if world is None and loads_world else world,
+        world=world,
+        rate=project.get("rate") if has_simulator or lab is not None else None,
+        model_path=project.get("model-path", ()) if has_simulator or lab is not None else (),
+        lab=lab,
         seed=options.seed if options.seed is not None else next(iter(seeds), None),
         seeds=seeds,
-        limit=wall_limit(options.timeout, option_names["timeout"], directives.timeout),
+        limit=wall_limit(options.timeout, option_names["timeout"], directives.timeout, project.get("timeout")),
         notes=[f"{file.name}: {note}" for note in notes],
     )
+
+
+def settings_of_project(file: SourceFile) -> Mapping[str, Any]:
+    """Return the settings of the project of a file; empty without a project.
+
+    Raises:
+        UsageError: A setting is invalid.
+    """
+    project = project_of(Path.cwd() if file.path is None else file.path.absolute().parent)
+    return {} if project is None else project.values
 
 
 def _overrides(directives: Directives, options: Options, entry: str) -> Mapping[str, str]:
@@ -167,9 +193,20 @@ def with_file_settings(scenario: Runnable, options: Options, timeout_option: str
     """
     simulator = options.simulator
     found = settings_of_file(scenario, options, {"timeout": timeout_option})
-    if found.simulator is not None or simulator is not None:
-        simulator = replace(simulator or Simulator(), name=found.simulator, world=found.world)
+    lab = options.lab
+    if simulator is not None:
+        models = (*simulator.model_path, *found.model_path)
+        simulator = replace(simulator, name=found.simulator, world=found.world, model_path=models)
+    elif found.simulator is not None:
+        simulator = Simulator(found.simulator, world=found.world, model_path=found.model_path)
+    elif found.lab is not None:
+        lab = Lab(found.lab, model_path=found.model_path)
+    if found.rate is not None and options.simulator is None:
+        simulator = simulator and replace(simulator, rate=found.rate)
+        lab = lab and replace(lab, rate=found.rate)
     overrides = {**found.overrides, **options.overrides}
     constraints = (*found.constraints, *options.constraints)
-    settings = replace(options, overrides=overrides, constraints=constraints, simulator=simulator, seed=found.seed)
+    settings = replace(
+        options, overrides=overrides, constraints=constraints, simulator=simulator, lab=lab, seed=found.seed
+    )
     return settings, found

@@ -26,7 +26,7 @@ from seoro.embed.runnable import Entry, Runnable
 from seoro.files.cache import cache_folder, digest_of, read_cached, write_cached
 from seoro.files.inputs import Kind, read_input, resolved
 from seoro.lang.frozen import Frozen
-from seoro.lang.libraries import Origin, folder_of_libraries
+from seoro.lang.libraries import Origin, library_folders
 from seoro.lang.plan import Call, CallMethod, Plan, ValueType
 from seoro.lang.plan_data import PlanDataError, decode, encode, nodes
 from seoro.lang.source import SourceFile
@@ -126,7 +126,7 @@ def _read(place: Path, path: Path) -> _Cached | None:
     if content is None:
         return None
     try:
-        if folder_of_libraries(path).exists():
+        if any(folder.exists() for folder in library_folders(path)):
             return None
         head, _, data = content.decode().partition("\n")
         makers, texts, lines, entry = json.loads(head)

@@ -15,6 +15,7 @@ class Source(Enum):
 
     CALLER = "caller"
     FILE = "file"
+    PROJECT = "project"
     DEFAULT = "default"
 
 
@@ -37,18 +38,23 @@ class WallLimit(Value):
         return f"no verdict within {self.seconds:g} s of wall time ({self.raised_by})"
 
 
-def wall_limit(given: float | None, option: str, of_file: float | None = None) -> WallLimit:
-    """Choose the limit of a run: that of the caller, else of the file, else the default.
+def wall_limit(
+    given: float | None, option: str, of_file: float | None = None, of_project: float | None = None
+) -> WallLimit:
+    """Choose the limit of a run: that of the caller, else of the file, else of the project, else the default.
 
     Args:
         given: Limit that the caller gives [s].
         option: The option of the caller, as messages write it.
         of_file: Limit that the scenario file gives [s].
+        of_project: Limit in the settings of the project [s].
     """
     if given is not None:
         return WallLimit(given, f"`{option}`", Source.CALLER)
     if of_file is not None:
         return WallLimit(of_file, "`# seoro: timeout` in the file", Source.FILE)
+    if of_project is not None:
+        return WallLimit(of_project, "`timeout` in the settings of the project", Source.PROJECT)
     raised_by = f"the default limit; `{option}` raises it, as does `# seoro: timeout 7200s`"
     return WallLimit(DEFAULT, raised_by, Source.DEFAULT)
 

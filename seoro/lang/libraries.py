@@ -4,6 +4,7 @@ The search order is:
 
 - built-in libraries, in `library/`;
 - the folder `seoro.libraries` beside the scenario file: `name.osc`, or `name/name.osc`;
+- folders that the settings of the project name, with the same files;
 - installed packages: the entry-point group `seoro.libraries` has `name = "package.module"`, and `name.osc` is in
   the folder of that module;
 - installed packages for scenario_execution (`plugin_libraries.py`).
@@ -21,6 +22,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lang.diagnostics import imports
 from seoro.lang.frozen import Value
+from seoro.lang.projects import project_of
 from seoro.lang.python_modules import module_path
 from seoro.lang.source import SourceFile, Span
 
@@ -110,9 +112,26 @@ def folder_of_libraries(scenario: Path) -> Path:
     return folder_around(scenario) or scenario.absolute().parent / FOLDER
 
 
+def library_folders(scenario: Path) -> tuple[Path, ...]:
+    """Return the folders of libraries beside a scenario file and of its project, which may not exist.
+
+    Raises:
+        UsageError: The settings of the project are invalid.
+    """
+    return folder_of_libraries(scenario), *_folders_of_project(scenario)
+
+
+def _folders_of_project(path: Path) -> tuple[Path, ...]:
+    project = project_of(path.parent)
+    folders: tuple[Path, ...] = () if project is None else project.values.get("libraries", ())
+    return folders
+
+
 def folder_around(path: Path) -> Path | None:
     """Return the folder of libraries that contains a file, or None."""
-    return next((folder for folder in path.absolute().parents[:2] if folder.name == FOLDER), None)
+    full = path.absolute()
+    own = next((folder for folder in full.parents[:2] if folder.name == FOLDER), None)
+    return own or next((folder for folder in _folders_of_project(full) if folder in full.parents[:2]), None)
 
 
 def _beside(name: str, entry: SourceFile) -> Path | None:
@@ -120,9 +139,11 @@ def _beside(name: str, entry: SourceFile) -> Path | None:
     bare = name.removeprefix("osc.")
     if entry.path is None or "." in bare or bare == name:
         return None
-    folder = folder_of_libraries(entry.path)
-    candidates = (folder / f"{bare}.osc", folder / bare / f"{bare}.osc")
-    return next((path for path in candidates if path.is_file()), None)
+    for folder in library_folders(entry.path):
+        for path in (folder / f"{bare}.osc", folder / bare / f"{bare}.osc"):
+            if path.is_file():
+                return path
+    return None
 
 
 def _shown(path: Path, entry: SourceFile) -> str:
@@ -133,10 +154,12 @@ def _shown(path: Path, entry: SourceFile) -> str:
 
 
 def _files_beside(scenario: Path) -> dict[str, Path]:
-    """Return the files of all libraries in the folder beside a scenario file."""
-    folder = folder_of_libraries(scenario)
-    packages = (path for path in folder.glob("*/*.osc") if path.stem == path.parent.name)
-    return {f"osc.{path.stem}": path for path in (*packages, *folder.glob("*.osc"))}
+    """Return the files of all libraries in the folder beside a scenario file, and in those of its project."""
+    found: dict[str, Path] = {}
+    for folder in reversed(library_folders(scenario)):
+        packages = (path for path in folder.glob("*/*.osc") if path.stem == path.parent.name)
+        found |= {f"osc.{path.stem}": path for path in (*packages, *folder.glob("*.osc"))}
+    return found
 
 
 # ---------------------------------------------------------------- installed packages

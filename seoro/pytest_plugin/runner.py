@@ -20,6 +20,7 @@ from seoro.cli.output import error_text
 from seoro.embed import Scenario, load
 from seoro.embed.api import start_with
 from seoro.embed.directives import INVALID, Directives
+from seoro.embed.file_settings import settings_of_project
 from seoro.embed.options import ClockName, OptionFields, Simulator, options_from
 from seoro.errors import BackendError, InvalidScenario, UsageError
 from seoro.pytest_plugin import MARK
@@ -141,7 +142,7 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
         return
     outcome: Result | InvalidScenario | UsageError | BackendError
     try:
-        merged["simulator"] = _simulator(case, options)
+        merged["simulator"] = _simulator(case, merged)
         outcome = _run(case.scenario, merged)
     except (InvalidScenario, UsageError, BackendError) as error:
         outcome = error
@@ -172,12 +173,15 @@ def _run_campaign(mark: pytest.Mark, case: Case, options: OptionFields, results:
 
 
 def _simulator(case: Case, options: OptionFields) -> Simulator | None:
-    """Return the simulator of the directives or the fixture, with the world of the directives.
+    """Return the simulator of the directives, the fixture or the project, with the world of the directives.
 
     Raises:
-        UsageError: A directive names a world without a simulator.
+        UsageError: A directive names a world without a simulator, or a setting of the project is invalid.
     """
     simulator, world = options.get("simulator"), case.directives.world
+    if case.simulator is None and _is_open(options):
+        name = settings_of_project(case.scenario.file).get("simulator")
+        simulator = None if name is None else Simulator(name)
     if case.simulator is not None:
         simulator = replace(simulator or Simulator(), name=case.simulator, endpoint=None)
     if world is None:
@@ -195,9 +199,15 @@ def _run(scenario: Scenario, options: OptionFields) -> Result:
             help="use `async with seoro.start(scenario, **osc_options) as run: verdict = await run.result()`",
         )
     chosen: OptionFields = {**options, "keep_trace": True}
-    if all(options.get(key) is None for key in ("clock", "simulator", "lab", "ros")):
+    settings = settings_of_project(scenario.file)
+    if _is_open(options) and "simulator" not in settings and "lab" not in settings:
         chosen["clock"] = "virtual"
     return asyncio.run(_run_to_end(scenario, chosen))
+
+
+def _is_open(options: OptionFields) -> bool:
+    """Return whether options leave the backends of actors to the file and its project."""
+    return all(options.get(key) is None for key in ("clock", "simulator", "lab", "ros"))
 
 
 async def _run_to_end(scenario: Scenario, options: OptionFields) -> Result:

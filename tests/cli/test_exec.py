@@ -306,7 +306,10 @@ def test_a_missing_simulator_is_an_error_without_a_verdict(
     ("arguments", "message"),
     [
         (["--dryrun"], "unknown option `--dryrun` of `seoro exec`\n  = help: did you mean `--dry-run`?\n"),
-        (["--clck=real"], "unknown option `--clck` of `seoro exec`\n  = help: did you mean `--clock`?\n"),
+        (
+            ["--clck=real"],
+            "unknown option `--clck` of `seoro exec`\n  = help: did you mean `--clock` or `--local`?\n",
+        ),
         (["--zzz"], "unknown option `--zzz` of `seoro exec`\n  = help: `seoro exec --help` lists the options\n"),
         (["other.osc"], "unexpected argument `other.osc`: `seoro exec` takes no more arguments"),
         (["--seed", "-1"], "argument --seed"),
