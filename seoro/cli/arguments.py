@@ -23,6 +23,7 @@ Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 N = TypeVar("N", int, float)
 
+TEXT: Final = "text"  # output format for people
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 
 
@@ -256,6 +257,26 @@ def add_dialect(parser: Container, when: str = "") -> None:
         f"{when}key format of the ROS 2 system on Zenoh (default: detected)",
         choices=("auto", "rmw_zenoh", "ros2dds"),
         default="auto",
+    )
+
+
+def add_output_format(parser: Container) -> None:
+    """Declare the options for the format of findings; `--json` is short for `--output-format json`."""
+    from seoro.text.findings import FORMATS  # noqa: PLC0415 - for commands with findings only
+
+    add_option(
+        parser,
+        "--output-format --format",
+        "format of the results: text for people, or one for CI services and programs (default: text)",
+        choices=(TEXT, *FORMATS),
+        default=TEXT,
+    )
+    parser.add_argument(
+        "--json",
+        action="store_const",
+        const="json",
+        dest="output_format",
+        help="short for --output-format json",
     )
 
 

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator, Sequence
 
-from seoro.cli.arguments import add_option
+from seoro.cli.arguments import TEXT, add_option, add_output_format
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, find_files, named_source
 from seoro.cli.output import use_colour
 from seoro.embed.contradictions import find_contradictions
 from seoro.embed.scenarios import check_file
 from seoro.lang.diagnostic import Diagnostic, Severity
+from seoro.lang.explain import explanations
 from seoro.lang.render import render_text, to_json
+from seoro.text.findings import Finding, formatted
 
 EXAMPLES = """examples:
   seoro check maze.osc
   seoro check --strict scenarios/
-  seoro check --format json scenarios/*.osc
+  seoro check --output-format github scenarios/
 
 exit status: 0 without errors, 2 with errors"""
 
@@ -29,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "files", metavar="FILE", nargs="+", help="scenario files (.osc), folders with such files, or - for stdin"
     )
-    add_option(parser, "--format", "output format (default: text)", choices=("text", "json"), default="text")
+    add_output_format(parser)
     add_option(parser, "--strict", "also report extensions to the standard")
     add_option(
         parser, "--no-import", "do not import (and thereby run) Python modules of libraries and external methods"
@@ -40,9 +41,10 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     files = find_files(options.files)
     found = _once(_check(files, strict=options.strict, import_python=not options.no_import))
-    if options.format == "json":
+    if options.output_format != TEXT:
         diagnostics = list(found)
-        print(json.dumps([to_json(diagnostic) for diagnostic in diagnostics], indent=1))
+        titles = {each.code: each.title for each in explanations()}
+        print(formatted(options.output_format, (Finding(**to_json(each)) for each in diagnostics), titles))
     else:
         diagnostics = _show(found)
         _summarise(len(files), diagnostics)

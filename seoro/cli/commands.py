@@ -9,6 +9,7 @@ from typing import Final
 GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
     "run scenarios": {
         "exec": "run a scenario in this process or on an executor",
+        "test": "run scenario files and folders as tests",
         "campaign": "run a scenario many times, with planned values of its parameters",
         "replay": "repeat a recorded run, with the events that its application emitted",
         "accept": "check a recorded trace against its scenario",

@@ -16,19 +16,19 @@ from seoro.lang.explain import Explanation, explanation, explanations, near_code
 EXAMPLES = """examples:
   seoro explain E0312
   seoro explain                      (lists all codes)
-  seoro explain --format json E0312"""
+  seoro explain --json E0312"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("codes", metavar="CODE", nargs="*", help="error codes such as E0312 (default: list all)")
-    add_option(parser, "--format", "output format (default: text)", choices=("text", "json"), default="text")
+    add_option(parser, "--json", "print a JSON list")
 
 
 def run(options: argparse.Namespace) -> None:
     """Run the command."""
     found: Sequence[Explanation] = [_find(code) for code in options.codes] or explanations()
-    if options.format == "json":
+    if options.json:
         print(json.dumps([_to_json(item) for item in found], indent=1))
     elif options.codes:
         _show(found)

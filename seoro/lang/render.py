@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
 from seoro.lang.frozen import Value
@@ -22,7 +22,7 @@ _BLUE = "\x1b[34;1m"
 _COLOURS = {Severity.ERROR: "\x1b[31;1m", Severity.WARNING: "\x1b[33;1m"}
 
 
-def to_json(diagnostic: Diagnostic) -> dict[str, str | int]:
+def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     """Convert a diagnostic to one flat JSON object; lines and columns count from 1."""
     span = diagnostic.primary.span
     end_line, end_column = span.file.position(span.end)

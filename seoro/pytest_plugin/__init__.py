@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from seoro.cli.shards import Shard
     from seoro.embed.options import OptionFields
     from seoro.pytest_plugin.collector import OscFile
     from seoro.pytest_plugin.runner import RunScenario
@@ -55,6 +56,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="samples of poses in the trace, per second of the run's clock; 0 for none (default: 10)",
     )
     group.addoption(
+        "--osc-on", metavar="EXECUTOR", help="run scenario files on this executor, started with `seoro serve`"
+    )
+    group.addoption("--osc-shard", type=_shard, metavar="N/M", help="only part N of M of all tests")
+    group.addoption(
         "--seoro-report",
         type=Path,
         metavar="DIR",
@@ -74,6 +79,12 @@ def _seed(text: str) -> int | None:
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"invalid seed {text!r}: expected a whole number from 0, or `random`")
     return int(text)
+
+
+def _shard(text: str) -> Shard:
+    from seoro.cli.shards import Shard  # noqa: PLC0415 - for this option only
+
+    return Shard.parse(text)
 
 
 def _seconds(text: str) -> float:
@@ -115,6 +126,35 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> OscFile | 
     from seoro.pytest_plugin.collector import OscFile  # noqa: PLC0415 - slow to load
 
     return OscFile.from_parent(parent, path=file_path)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep the tests of the chosen shard."""
+    shard: Shard | None = config.getoption("osc_shard")
+    if shard is None:
+        return
+    others = [item for item in items if not shard.has(item.nodeid)]
+    if others:
+        config.hook.pytest_deselected(items=others)
+        items[:] = [item for item in items if shard.has(item.nodeid)]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
+    """Mark a test that passes after a failed attempt as flaky."""
+    if call.when == "call" and call.excinfo is None and getattr(item, "execution_count", 1) > 1:
+        item.user_properties.append(("flaky", "true"))
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """List flaky tests."""
+    passed = terminalreporter.stats.get("passed", ())
+    flaky = [report.nodeid for report in passed if ("flaky", "true") in report.user_properties]
+    if flaky:
+        terminalreporter.section("flaky: passed after a failed attempt")
+        for name in flaky:
+            terminalreporter.line(name)
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:

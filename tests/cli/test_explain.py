@@ -35,7 +35,7 @@ def test_without_a_code_all_are_listed_by_phase(capsys: pytest.CaptureFixture[st
 
 
 def test_json_has_the_examples(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "--format", "json", "E0312", "E0301"]) == 0
+    assert main(["explain", "--json", "E0312", "E0301"]) == 0
     first, second = json.loads(capsys.readouterr().out)
     assert (first["code"], second["code"]) == ("E0312", "E0301")
     assert set(first) == {"code", "phase", "title", "meaning", "wrong", "message", "right"}
