@@ -299,7 +299,7 @@ def using_keys(options: argparse.Namespace) -> Iterator[None]:
 
 @contextmanager
 def using_variable(name: str, value: str | None) -> Iterator[None]:
-    """Set a variable of the environment, unless the value is None.
+    """Set a variable of the environment; None leaves it.
 
     The block restores it at its end, for programs that call `main`.
     """

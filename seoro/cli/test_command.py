@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "-m --tag EXPRESSION", "only tests with marks (`# pytest: smoke`), such as 'smoke or fast'")
     add_option(parser, "-j --jobs N", "number of tests at a time (default: that of the project, else 1)")
     add_option(parser, "-x --fail-fast", "end after the first test that does not pass")
-    add_option(parser, "--last-failed", "only tests that did not pass last time; all if there are none")
+    add_option(parser, "--last-failed", "only tests that failed last time, or all if none did")
     add_option(parser, "--retries N", "further attempts of a failed test, which is flaky if it then passes")
     add_option(
         parser, "--shard N/M", "only part N of M; a test belongs to the same part each time", type=Shard.parse

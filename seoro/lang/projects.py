@@ -27,7 +27,7 @@ TEST: Final = "test"  # table of the settings of `seoro test`
 
 
 class _Unfit(Exception):
-    """A value is not what a setting expects; the message is what it expects."""
+    """An invalid value of a setting; the message is the expected one."""
 
 
 class Setting(NamedTuple):
@@ -192,7 +192,7 @@ def _converted(
 
 
 def _place(file: Path, text: str, key: str) -> str:
-    """Return the place of a key, for messages; tomllib does not tell the line."""
+    """Return the place of a key for messages, which tomllib does not have."""
     form = re.compile(rf"\s*(\[.*\b)?{re.escape(key)}\b")
     lines = (number for number, line in enumerate(text.splitlines(), 1) if form.match(line))
     line = next(lines, None)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
 
+import anyio
 import pytest
 
 import seoro
@@ -28,6 +29,7 @@ from seoro.runtime.explain.reasons import reason_text
 from seoro.runtime.trace.jsonl import to_line
 from seoro.runtime.verdict import Verdict
 
+STOP_IF_LOST = 60.0  # [s] after which an executor stops the run of a test that has died
 MAX_LOGS = 200  # in the report of a failed scenario
 
 
@@ -106,7 +108,8 @@ class RunScenario:
         """
         scenario = file if isinstance(file, Scenario) else load(self._folder / file)
         merged: OptionFields = {**self._options, **options}
-        result = _run(scenario, {"timeout": self._item.config.getoption("osc_timeout"), **merged})
+        config = self._item.config
+        result = _run(scenario, {"timeout": config.getoption("osc_timeout"), **merged}, config.getoption("osc_on"))
         _write_page(self._item, result)
         if not result.passed:
             _report(self._item, result, self._results)
@@ -132,7 +135,8 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
     merged["overrides"] = {**options.get("overrides", {}), **case.options.get("overrides", {})}
     if case.options.get("parameters") is None and "parameters" in options:
         merged["parameters"] = options["parameters"]
-    if case.simulator is not None and not is_installed(case.simulator):
+    executor: str | None = item.config.getoption("osc_on")
+    if case.simulator is not None and executor is None and not is_installed(case.simulator):
         pytest.skip(f"the simulator {case.simulator} is not installed")
     # The directive takes precedence over the option, which is for all files.
     if case.directives.timeout is None and merged.get("timeout") is None:
@@ -143,7 +147,7 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
     outcome: Result | InvalidScenario | UsageError | BackendError
     try:
         merged["simulator"] = _simulator(case, merged)
-        outcome = _run(case.scenario, merged)
+        outcome = _run(case.scenario, merged, executor)
     except (InvalidScenario, UsageError, BackendError) as error:
         outcome = error
     match outcome:
@@ -152,7 +156,7 @@ def run_case(case: Case, item: pytest.Item, options: OptionFields, results: Path
             _write_page(item, outcome)
             if verdict.status.value != wanted or reason not in verdict.reason:
                 _report(item, outcome, results)
-                pytest.fail(_failure(case.directives, outcome, merged), pytrace=False)
+                pytest.fail(_failure(case.directives, outcome, merged, executor), pytrace=False)
         case InvalidScenario() | UsageError() if wanted == INVALID and reason in str(outcome):
             pass
         case _:
@@ -191,7 +195,8 @@ def _simulator(case: Case, options: OptionFields) -> Simulator | None:
     return replace(simulator, world=world)
 
 
-def _run(scenario: Scenario, options: OptionFields) -> Result:
+def _run(scenario: Scenario, options: OptionFields, executor: str | None) -> Result:
+    """Run a scenario to its end, in this process or on an executor."""
     with suppress(RuntimeError):
         asyncio.get_running_loop()
         raise UsageError(
@@ -202,6 +207,8 @@ def _run(scenario: Scenario, options: OptionFields) -> Result:
     settings = settings_of_project(scenario.file)
     if _is_open(options) and "simulator" not in settings and "lab" not in settings:
         chosen["clock"] = "virtual"
+    if executor is not None:
+        return asyncio.run(_run_remotely(scenario, executor, chosen))
     return asyncio.run(_run_to_end(scenario, chosen))
 
 
@@ -216,10 +223,25 @@ async def _run_to_end(scenario: Scenario, options: OptionFields) -> Result:
     return Result(verdict, run.parameters, [record async for record in run.trace()], run.fault)
 
 
+async def _run_remotely(scenario: Scenario, executor: str, options: OptionFields) -> Result:
+    from seoro.client import Client  # noqa: PLC0415 - Zenoh, for this option only
+
+    async with Client() as client:
+        run = await client.submit(executor, scenario, stop_if_lost=STOP_IF_LOST, **options)
+        try:
+            verdict = await run.result()
+        except asyncio.CancelledError:
+            with anyio.CancelScope(shield=True):
+                await run.stop("the test was interrupted")
+            raise
+        records = [record async for record in run.records_so_far()]
+    return Result(verdict, records[0]["parameters"] if records else {}, records, None)
+
+
 # ---------------------------------------------------------------- reports of failures
 
 
-def _failure(directives: Directives, result: Result, options: OptionFields) -> str:
+def _failure(directives: Directives, result: Result, options: OptionFields, executor: str | None) -> str:
     verdict = result.verdict
     parts = [reason_text(verdict) or f"the scenario {verdict.status.value}"]
     if directives.expect != "passed":
@@ -227,7 +249,8 @@ def _failure(directives: Directives, result: Result, options: OptionFields) -> s
         parts.append(f"expected: {expected}\nended: {verdict.status.value}")
     if result.fault is not None:
         parts.append(_traceback(result.fault))
-    parts.append(f"run it alone: {shlex.join(_command(result, options))}")
+    command = [*_command(result, options), *(["--on", executor] if executor is not None else [])]
+    parts.append(f"run it alone: {shlex.join(command)}")
     return "\n\n".join(parts)
 
 

@@ -19,7 +19,7 @@ class Finding(NamedTuple):
         file: Path of the file.
         severity: `error`, `warning` or another word.
         code: Identifier of its kind, such as `E0312`.
-        help: How to fix it; may be empty.
+        help: Advice; may be empty.
     """
 
     file: str

@@ -16,7 +16,14 @@ from tests.tools.reference.libraries import libraries
 from tests.tools.reference.robots import referenced_robots
 from tests.tools.reference.ros_errors import moveit_error_codes, nav2_error_codes
 from tests.tools.reference.rules import bridge_rules, simulator_rules
-from tests.tools.reference.schemas import campaign_file, lab_file, profile_file, robot_file, world_file
+from tests.tools.reference.schemas import (
+    campaign_file,
+    lab_file,
+    profile_file,
+    project_settings,
+    robot_file,
+    world_file,
+)
 from tests.tools.reference.verbs import executor_verbs, node_verbs, result_codes
 
 GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
@@ -31,6 +38,7 @@ GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
     "navigation error codes": nav2_error_codes,
     "node verbs": node_verbs,
     "profile file": profile_file,
+    "project settings": project_settings,
     "referenced robots": referenced_robots,
     "result codes": result_codes,
     "robot file": robot_file,

@@ -18,6 +18,7 @@ from seoro.bridges.ros2.robots.profile import Profile
 from seoro.cli.campaign_keys import CampaignKeys
 from seoro.files.commented_yaml import described_arguments
 from seoro.lab.schema import LabFile
+from seoro.lang.projects import SETTINGS, TEST, TEST_SETTINGS
 from sim_nodes.robots.declaration import RobotDeclaration
 from sim_nodes.worlds.schema import WorldFile
 from tests.tools.reference.tables import cell, code, table
@@ -46,6 +47,13 @@ def robot_file() -> str:
 def profile_file() -> str:
     """Return the keys of a robot profile."""
     return _keys(Profile)
+
+
+def project_settings() -> str:
+    """Return the settings of projects."""
+    settings = {**SETTINGS, **{f"{TEST}.{key}": setting for key, setting in TEST_SETTINGS.items()}}
+    rows = ((code(key), cell(setting.meaning), code(setting.option)) for key, setting in settings.items())
+    return table(("setting", "meaning", "option"), rows)
 
 
 def _keys(model: type[BaseModel]) -> str:
