@@ -9,7 +9,6 @@ what the object has started may continue.
 from __future__ import annotations
 
 import asyncio
-import threading
 import time
 from collections.abc import AsyncIterator, Callable, Collection, Coroutine, Mapping
 from contextlib import asynccontextmanager, suppress
@@ -17,7 +16,9 @@ from dataclasses import field
 from functools import partial
 from typing import Any, Final
 
+from seoro.bindings.plugins.calling import call_in_thread
 from seoro.bindings.plugins.model import Blackboard, Clock, Logger, Model
+from seoro.bindings.plugins.ros_node import ros_node
 from seoro.bindings.plugins.values import passed
 from seoro.errors import ActionFailed
 from seoro.lang.frozen import Value
@@ -64,6 +65,7 @@ def adapt(made: ActionClass) -> Callable[..., Coroutine[Any, Any, None]]:
         actor = leading[0] if leading else None
         driven = _Driven(made, ctx, actor, made.values(fields))
         ctx.extend_grace(SHUTDOWN)
+        driven.node = await ros_node(ctx)
         kept = await ctx.keep(driven.shutting_down(), SHUTDOWN)
         try:
             await run_in_thread(ctx, driven.run)
@@ -102,6 +104,7 @@ class _Driven:
         self._object: Any = None
         self._feedback = ""
         self._succeeded = False
+        self.node: Any = None  # of rclpy
 
     @asynccontextmanager
     async def shutting_down(self) -> AsyncIterator[None]:
@@ -111,7 +114,7 @@ class _Driven:
         if not callable(shutdown):
             return
         try:
-            await _call_in_thread(partial(self._call, shutdown))
+            await call_in_thread(partial(self._call, shutdown))
         except Exception as error:
             if self._succeeded:
                 raise
@@ -161,6 +164,7 @@ class _Driven:
             "tick_period": PERIOD,
             "clock": Clock(lambda: ctx.now),
             "host_clock": Clock(time.monotonic),
+            **({"node": self.node} if self.node is not None else {}),
         }
         nodes = made.iterate() if callable(getattr(made, "iterate", None)) else (made,)
         for node in list(nodes):
@@ -213,34 +217,3 @@ class _Driven:
             if any(base.__name__ == "ActionError" for base in type(error).__mro__):
                 raise ActionFailed(str(getattr(error, "msg", "") or error)) from error
             raise
-
-
-async def _call_in_thread(function: Callable[[], object]) -> None:
-    """Call a function in a thread, which a cancellation abandons.
-
-    The thread is a daemon, so that the process can exit while the function blocks.
-    """
-    loop = asyncio.get_running_loop()
-    done: asyncio.Future[None] = loop.create_future()
-
-    def end(error: Exception | None) -> None:
-        if done.cancelled():
-            return
-        if error is None:
-            done.set_result(None)
-        else:
-            done.set_exception(error)
-
-    def call() -> None:
-        failed: Exception | None = None
-        try:
-            function()
-        except Exception as error:
-            failed = error
-        except SystemExit as error:
-            failed = RuntimeError(f"SystemExit: {error}")
-        with suppress(RuntimeError):  # the event loop may be closed
-            loop.call_soon_threadsafe(end, failed)
-
-    threading.Thread(target=call, name="seoro shutdown", daemon=True).start()
-    await done
