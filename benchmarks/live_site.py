@@ -59,8 +59,9 @@ window.WebSocket = class extends Plain {
     if (!String(given[0]).includes("/api/run/")) return;
     this.addEventListener("message", ({ data }) => {
       if (typeof data === "string") return;
-      const length = new DataView(data).getUint32(0, true);
-      const meta = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
+      const stop = data.byteLength - 4; // frames of these runs have one piece
+      const length = new DataView(data).getUint32(stop, true);
+      const meta = JSON.parse(new TextDecoder().decode(new Uint8Array(data, stop - length, length)));
       const [size, time, count, end] = [data.byteLength, meta.time ?? 0, meta.count ?? 0, meta.end ?? null];
       requestAnimationFrame(() => window.frames_.push([Date.now() / 1000, time, count, size, end?.seq ?? 0]));
     });

@@ -18,11 +18,13 @@ import tempfile
 import time
 from contextlib import closing
 from pathlib import Path
+from tempfile import SpooledTemporaryFile
 
 from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
 from seoro.report.following import TraceFile
 from seoro.report.live import LiveRun
+from seoro.ui.feeds import PIECE
 from tests.report.traces import many_records
 
 STATIC = Path(__file__).parents[1] / "seoro/report/static"
@@ -61,16 +63,30 @@ def write(folder: Path, count: int) -> tuple[float, float, int, int]:
     return took, int(done.stderr.split()[-2]) / 1024, trace.stat().st_size, report.stat().st_size
 
 
-def open_served(trace: Path) -> float:
-    """Open a run as `seoro ui` does; returns processor time [s]."""
-    start = time.process_time()
+def open_served(trace: Path) -> tuple[float, float]:
+    """Open a run as `seoro ui` does, in another process; returns processor time [s] and memory [MiB]."""
+    code = "import sys; from benchmarks.ui import read_served; read_served(sys.argv[1])"
+    done = subprocess.run([sys.executable, "-c", code, str(trace)], stdout=subprocess.PIPE, check=True)
+    took, memory = map(float, done.stdout.split())
+    return took, memory
+
+
+def read_served(trace: str) -> None:
+    """Open a run, and print processor time [s] and memory [MiB], without those of the start."""
+    began, start = _peak(), time.process_time()
     run = LiveRun()
-    with closing(TraceFile(trace, run)) as file:
+    with closing(TraceFile(Path(trace), run)) as file, SpooledTemporaryFile(PIECE) as frame:
         while file.poll():
             pass
         file.finish()
-        run.frame()
-    return time.process_time() - start
+        run.write_frame(frame.write)
+    print(time.process_time() - start, _peak() - began)
+
+
+def _peak() -> float:
+    """Return the most memory that this process had [MiB]."""
+    text = Path("/proc/self/status").read_text(encoding="ascii")
+    return int(text.partition("VmHWM:")[2].split()[0]) / 1024
 
 
 def open_in(browser: Browser, path: Path) -> tuple[float, ...]:
@@ -120,7 +136,8 @@ def main() -> None:
             print(f"{count:,} records, {size / 1e6:.1f} MB: report of {report / 1e6:.2f} MB, ", end="")
             print(f"{took:.1f} s of a processor, {memory:.0f} MiB")
             first, later = open_served(folder / f"{count}.jsonl"), open_served(folder / f"{count}.jsonl")
-            print(f"  seoro ui: {first:.1f} s of a processor to read it, {later:.2f} s from the cache")
+            print(f"  seoro ui: {first[0]:.1f} s of a processor and {first[1]:.0f} MiB more to read it, ", end="")
+            print(f"{later[0]:.2f} s and {later[1]:.0f} MiB more from the cache")
             browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
             best = [
                 min(values)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,8 @@ _ROOT: Final = Path(__file__).parent.parent
 MOST_FILES: Final = 50  # the oldest are removed; each has 16 MiB at most
 SMALLEST: Final = 1 << 20  # [bytes] of a trace; shorter ones are read quickly
 _MAKERS: Final = tuple(path for name in ("report", "traces") for path in sorted((_ROOT / name).glob("*.py")))
-_LEVEL: Final = 5  # of compression
+LEVEL: Final = 5  # of compression
+_PIECE: Final = 1 << 20  # [bytes]
 _SUFFIX: Final = ".run"
 
 
@@ -30,13 +31,21 @@ class Index:
 
     Args:
         status: Status of the run.
-        frame: First frame of a page.
+        frame: First frame of a page, compressed.
         blocks: Blocks of records, which are in the trace.
     """
 
     status: str
     frame: bytes
     blocks: Sequence[Block]
+
+    def write_frame(self, write: Callable[[bytes], object]) -> None:
+        """Write the first frame of a page in pieces."""
+        decompressor = zlib.decompressobj()
+        data = self.frame
+        while piece := decompressor.decompress(data, _PIECE):
+            write(piece)
+            data = decompressor.unconsumed_tail
 
 
 def place_of(trace: Path, folder: Path | None) -> Path | None:
@@ -82,11 +91,11 @@ def store(place: Path, index: Index) -> None:
 def _encoded(index: Index) -> bytes:
     blocks = [[block.head.decode(), *block.ranges] for block in index.blocks]
     head = json.dumps({"status": index.status, "blocks": blocks}).encode()
-    return b"\n".join((head, zlib.compress(index.frame, _LEVEL)))
+    return b"\n".join((head, index.frame))
 
 
 def _decoded(data: bytes) -> Index:
     head, _, frame = data.partition(b"\n")
     found = json.loads(head)
     blocks = [Block(ranges, text.encode()) for text, *ranges in found["blocks"]]
-    return Index(found["status"], zlib.decompress(frame), blocks)
+    return Index(found["status"], frame, blocks)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
@@ -10,7 +12,7 @@ from seoro.report.blocks import ReadAt
 from seoro.report.columns import BEGIN, Position
 from seoro.report.folder import Results, results_of
 from seoro.report.frames import Frame, status_of
-from seoro.report.index import Index
+from seoro.report.index import LEVEL, Index
 from seoro.report.reading import Reading
 
 
@@ -84,9 +86,11 @@ class LiveRun:
 
     def save(self) -> Index:
         """Return all data of a finished run."""
-        status, (frame, _) = self.status, self.frame()
+        compressor, parts = zlib.compressobj(LEVEL), list[bytes]()
+        self.write_frame(lambda data: parts.append(compressor.compress(data)))
+        frame = b"".join((*parts, compressor.flush()))
         with self._lock:
-            return Index(status, frame, list(self._reading.blocks))
+            return Index(self.status, frame, list(self._reading.blocks))
 
     def load(self, index: Index) -> None:
         """Take the data of a finished run instead of reading its trace."""
@@ -98,24 +102,27 @@ class LiveRun:
         """Return whether a page has all data."""
         return cursor is not None and cursor.version == self._version
 
-    def frame(self, cursor: Cursor | None = None) -> tuple[bytes, Cursor]:
-        """Return the changes for a page.
+    def write_frame(self, write: Callable[[bytes], object], cursor: Cursor | None = None) -> Cursor:
+        """Write the changes for a page.
 
         Args:
+            write: Receives the parts of the frame: the columns in the order of the field `layout` of its JSON
+                object, the object, and its length (4 bytes, little-endian). The first frame of a long run is
+                large: files should hold it.
             cursor: State of the page; None for an empty one.
 
         Returns:
-            The frame, and the state of the page with it. A frame is one message: the length of its JSON object
-            (4 bytes, little-endian), the object, and the columns in the order of its field `layout`.
+            State of the page with the frame.
         """
         with self._lock:
             if self._index is not None:
-                return self._index.frame, Cursor(self._run, self._version, BEGIN)
+                self._index.write_frame(write)
+                return Cursor(self._run, self._version, BEGIN)
             since = cursor.position if cursor is not None and cursor.run == self._run else BEGIN
-            columns: list[bytes] = []
-            frame = Frame(self._reading, self._results, columns.append, since)
-            message = b"".join((len(frame.text).to_bytes(4, "little"), frame.text, *columns))
-            return message, Cursor(self._run, self._version, frame.position)
+            frame = Frame(self._reading, self._results, write, since)
+            write(frame.text)
+            write(len(frame.text).to_bytes(4, "little"))
+            return Cursor(self._run, self._version, frame.position)
 
     def block(self, number: int) -> bytes:
         """Return the lines of a block, compressed; the last one may grow.

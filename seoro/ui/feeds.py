@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import AsyncGenerator, AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator, Iterator
 from contextlib import aclosing, asynccontextmanager, closing
 from pathlib import Path
-from tempfile import TemporaryDirectory, TemporaryFile
+from tempfile import SpooledTemporaryFile, TemporaryDirectory, TemporaryFile
 from typing import IO, Final
 
 import anyio
@@ -25,6 +25,7 @@ _GROWING: Final = 0.008  # [s] between looks at a trace that grows: half a frame
 _QUIET: Final = 0.05  # [s] the same for one that has not grown for some time
 _SLOWER: Final = 1.1  # factor of this time after each look that finds nothing
 _ENDED: Final = 1.0  # [s] the same for a finished one, which another run may replace
+PIECE: Final = 1 << 20  # [bytes] of a frame in memory, and of a message
 _KEPT: Final = 60.0  # [s] without viewers
 _MOST_KEPT: Final = 8  # feeds without viewers
 
@@ -102,13 +103,25 @@ class Feed:
         self._changed = anyio.Event()
 
     async def frames(self) -> AsyncGenerator[bytes, None]:
-        """Yield all data, then new data since the frame before, until an error of the trace."""
+        """Yield all data, then new data since the frame before, until an error of the trace.
+
+        Yields:
+            Pieces of the frames. The first byte of a piece is 1 if more pieces of the same frame follow.
+
+        Raises:
+            RequestError: The disk is full.
+        """
         cursor: Cursor | None = None
         while not self.problem:
             changed = self._changed
             if self._has_data and not self._run.is_current(cursor):
-                frame, cursor = await anyio.to_thread.run_sync(self._run.frame, cursor)
-                yield frame
+                with SpooledTemporaryFile(PIECE) as file:
+                    try:
+                        cursor = await anyio.to_thread.run_sync(_write_frame, self._run, file, cursor)
+                    except OSError as error:
+                        raise as_request_error(error) from error
+                    for piece in _pieces(file):
+                        yield piece
             else:
                 await changed.wait()
 
@@ -128,6 +141,21 @@ class Feed:
             except OSError as error:
                 raise as_request_error(error) from error
             await changed.wait()
+
+
+def _write_frame(run: LiveRun, file: IO[bytes], cursor: Cursor | None) -> Cursor:
+    cursor = run.write_frame(file.write, cursor)
+    file.seek(0)
+    return cursor
+
+
+def _pieces(file: IO[bytes]) -> Iterator[bytes]:
+    """Yield the pieces of a frame, which may have several megabytes."""
+    piece = file.read(PIECE)
+    while following := file.read(PIECE):
+        yield b"\1" + piece
+        piece = following
+    yield b"\0" + piece
 
 
 def _append(file: IO[bytes], lines: bytes) -> None:

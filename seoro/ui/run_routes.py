@@ -55,6 +55,6 @@ async def _changes(site: Site) -> AsyncGenerator[Data, None]:
 
 async def _frames(site: Site, run: str) -> AsyncGenerator[Data, None]:
     async with site.feeds.viewing(run) as feed:
-        async for frame in feed.frames():
-            yield frame
+        async for piece in feed.frames():
+            yield piece
         raise RequestError(503, feed.problem)

@@ -26,9 +26,8 @@ class Joined:
 
     def add(self, message: bytes) -> None:
         """Add a frame."""
-        length = int.from_bytes(message[:4], "little")
-        fields = json.loads(message[4 : 4 + length])
-        columns = decode(message[4 + length :], fields.pop("layout"))
+        fields, data = split(message)
+        columns = decode(data, fields.pop("layout"))
         if fields.pop("first"):
             self.fields, self.columns = {}, {}
         for name in TABLES:
@@ -47,6 +46,13 @@ class Joined:
             if seq < 0:  # it is running
                 start = self.columns["behaviors.start"][index]
                 self.columns["behaviors.end"][index] = max(start, self.fields["time"])
+
+
+def split(message: bytes) -> tuple[dict[str, Any], bytes]:
+    """Return the object and the columns of a frame."""
+    start = len(message) - 4 - int.from_bytes(message[-4:], "little")
+    fields: dict[str, Any] = json.loads(message[start:-4])
+    return fields, message[:start]
 
 
 def decode(data: bytes, layout: dict[str, tuple[str, int]]) -> dict[str, list[float]]:

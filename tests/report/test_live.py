@@ -18,7 +18,7 @@ from seoro.cli.main import main
 from seoro.report import index
 from seoro.report.following import TraceFile
 from seoro.report.live import Cursor, LiveRun
-from tests.report.joining import Joined, lines_of
+from tests.report.joining import Joined, lines_of, split
 from tests.report.traces import HOSTILE, many_records, records
 from tests.traces.test_any_trace import ANY_RECORD, PLAUSIBLE
 
@@ -45,6 +45,12 @@ def run_of(trace: bytes) -> LiveRun:
     return run
 
 
+def frame_of(run: LiveRun, cursor: Cursor | None = None) -> tuple[bytes, Cursor]:
+    parts: list[bytes] = []
+    cursor = run.write_frame(parts.append, cursor)
+    return b"".join(parts), cursor
+
+
 def whole(trace: bytes, folder: Path | None = None) -> LiveRun:
     run = run_of(trace)
     run.feed(trace)
@@ -54,7 +60,7 @@ def whole(trace: bytes, folder: Path | None = None) -> LiveRun:
 
 def joined_from(run: LiveRun) -> Joined:
     joined = Joined()
-    joined.add(run.frame()[0])
+    joined.add(frame_of(run)[0])
     return joined
 
 
@@ -66,12 +72,12 @@ def follow(trace: bytes, cuts: Iterable[int], folder: Path | None = None) -> tup
     for end in [*sorted(cuts), len(trace)]:
         run.feed(trace[start:end])
         start = end
-        message, cursor = run.frame(cursor)
+        message, cursor = frame_of(run, cursor)
         joined.add(message)
         assert run.is_current(cursor)
     run.finish(folder)
     assert not run.is_current(cursor)
-    joined.add(run.frame(cursor)[0])
+    joined.add(frame_of(run, cursor)[0])
     return run, joined
 
 
@@ -137,23 +143,23 @@ def test_later_frames_have_only_what_is_new() -> None:
     trace = encoded(many_records(9_000))
     run = LiveRun()
     run.feed(trace)
-    first, cursor = run.frame()
+    first, cursor = frame_of(run)
     run.feed(encoded([{"t": 99, "kind": "log", "level": "info", "message": "new"}]))
-    later, _ = run.frame(cursor)
+    later, _ = frame_of(run, cursor)
     assert len(first) > 100_000
     assert len(later) < 1_000
-    assert set(json.loads(later[4 : 4 + int.from_bytes(later[:4], "little")])["layout"]) == {"records.kind"}
+    assert set(split(later)[0]["layout"]) == {"records.kind"}
 
 
 def test_a_running_behavior_ends_in_a_later_frame() -> None:
     run, joined = LiveRun(), Joined()
     start = {"t": 0, "kind": "behavior.start", "id": 7, "type": "wait", "name": "w", "path": "p", "source": ""}
     run.feed(encoded([start, {"t": 1, "kind": "x"}]))
-    message, cursor = run.frame()
+    message, cursor = frame_of(run)
     joined.add(message)
     assert (run.status, joined.fields["status"], joined.columns["behaviors.end"]) == ("running", "running", [1.0])
     run.feed(encoded([{"t": 3, "kind": "behavior.end", "id": 7, "status": "failed", "reason": "late"}]))
-    joined.add(run.frame(cursor)[0])
+    joined.add(frame_of(run, cursor)[0])
     assert joined.columns["behaviors.end"] == [3.0]
     assert joined.columns["behaviors.endSeq"] == [2]
     assert joined.fields["strings"] == ["late"]
@@ -168,7 +174,7 @@ def test_a_file_is_followed_until_it_is_written_anew(tmp_path: Path) -> None:
     trace = encoded(records())
     path.write_bytes(trace[:1000])
     assert file.poll()
-    message, cursor = run.frame()
+    message, cursor = frame_of(run)
     assert not file.poll()
     with path.open("ab") as more:
         more.write(trace[1000:])
@@ -176,7 +182,7 @@ def test_a_file_is_followed_until_it_is_written_anew(tmp_path: Path) -> None:
         pass
     joined = Joined()
     joined.add(message)
-    message, cursor = run.frame(cursor)
+    message, cursor = frame_of(run, cursor)
     joined.add(message)
     assert joined.fields["count"] == len(records())
 
@@ -184,14 +190,14 @@ def test_a_file_is_followed_until_it_is_written_anew(tmp_path: Path) -> None:
         rewrite()
         while file.poll():
             pass
-        message, cursor = run.frame(cursor)
+        message, cursor = frame_of(run, cursor)
         joined.add(message)
         assert joined.fields == joined_from(run).fields
     assert joined.fields["count"] > 400
     path.write_bytes(encoded([{"t": 0, "kind": "x"}] * 9_000))  # longer than before
     while file.poll():
         pass
-    joined.add(run.frame(cursor)[0])
+    joined.add(frame_of(run, cursor)[0])
     assert joined.fields["count"] == 9_000
     file.close()
 
@@ -202,11 +208,11 @@ def test_a_finished_run_is_read_from_the_cache(tmp_path: Path, monkeypatch: pyte
     path = tmp_path / "trace.jsonl"
     path.write_bytes(encoded(many_records(9_000)))
     with read_to_its_end(path) as read:
-        frame, blocks = read.frame()[0], [read.block(number) for number in range(5)]
+        frame, blocks = frame_of(read)[0], [read.block(number) for number in range(5)]
     with monkeypatch.context() as patch:
         patch.setattr("seoro.report.reading.Reading.feed", None)  # nothing is read again
         with read_to_its_end(path) as cached:
-            assert cached.frame()[0] == frame
+            assert frame_of(cached)[0] == frame
             assert cached.status == "passed"
             assert cached.is_finished
             assert [cached.block(number) for number in range(5)] == blocks
@@ -218,20 +224,20 @@ def test_a_finished_run_is_read_from_the_cache(tmp_path: Path, monkeypatch: pyte
     with closing(TraceFile(path, run, tmp_path)) as file:
         assert file.poll()
         assert not file.poll()
-        _, cursor = run.frame()
+        _, cursor = frame_of(run)
         assert run.is_current(cursor)
         with path.open("ab") as more:  # the run was not finished
             more.write(encoded([{"t": 999, "kind": "x"}]))
         while file.poll():
             pass
     joined = Joined()
-    joined.add(run.frame(cursor)[0])
+    joined.add(frame_of(run, cursor)[0])
     assert (joined.fields["time"], joined.fields["status"]) == (999, "passed")
 
     [kept] = (tmp_path / "cache/seoro/runs").iterdir()
     kept.write_bytes(kept.read_bytes()[:-1])  # damaged
     with read_to_its_end(path) as again:
-        assert again.frame()[0] != frame
+        assert frame_of(again)[0] != frame
     (tmp_path / "measurements.json").write_text("{}")
     with read_to_its_end(path) as again:
         assert joined_from(again).fields["measurements"] == {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import struct
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ import httpx
 from websockets.sync.client import ClientConnection, connect
 
 from seoro.ui.security import Access
+from tests.report.joining import split
 
 DEADLINE = 60.0  # [s], on a busy machine
 
@@ -77,15 +77,20 @@ def opened(access: Access) -> Iterator[Browser]:
         yield Browser(access, client)
 
 
-def read_frame(frame: bytes | str) -> tuple[dict[str, Any], bytes]:
-    """Return the JSON data and the columns of a frame."""
-    assert isinstance(frame, bytes)
-    (length,) = struct.unpack_from("<I", frame)
-    return json.loads(frame[4 : 4 + length]), frame[4 + length :]
+def read_frame(socket: ClientConnection) -> tuple[dict[str, Any], bytes]:
+    """Return the JSON data and the columns of the next frame of a run."""
+    pieces = bytearray()
+    while True:
+        piece = socket.recv(DEADLINE)
+        assert isinstance(piece, bytes)
+        pieces += piece[1:]
+        if not piece[0]:
+            return split(bytes(pieces))
+        socket.send("next")
 
 
 def next_frame(socket: ClientConnection) -> tuple[dict[str, Any], bytes]:
     """Return the next frame of a run, and request the one after it."""
-    found = read_frame(socket.recv(DEADLINE))
+    found = read_frame(socket)
     socket.send("next")
     return found

@@ -45,7 +45,10 @@ async def has_value(field: Locator, value: re.Pattern[str]) -> None:
     await expect(field).to_have_value(value, timeout=30_000)
 
 
-async def test_a_run_is_found_and_its_views_are_read_back(chromium: Browser, served: Served, hello: Path) -> None:
+async def test_a_run_is_found_and_its_views_are_read_back(
+    chromium: Browser, served: Served, hello: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.ui.feeds.PIECE", 300)  # frames have many pieces
     async with opened(chromium, served.access) as found:
         page = found.page
         row = page.locator(".run-row", has_text="hello.osc").first

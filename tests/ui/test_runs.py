@@ -15,7 +15,8 @@ from websockets.exceptions import ConnectionClosed
 import seoro
 from seoro.ui.server import Served
 from tests.executors import LONG, NAME, RunningExecutor
-from tests.report.traces import records, write
+from tests.report.joining import split
+from tests.report.traces import many_records, records, write
 from tests.ui.browsing import DEADLINE, Browser, next_frame, read_frame
 
 
@@ -93,7 +94,7 @@ def test_frames_wait_for_the_page(browser: Browser, folder: Path) -> None:
     run = listed["id"]
     with browser.socket(f"/api/run/{run}") as slow, browser.socket(f"/api/run/{run}") as quick:
         count = next_frame(quick)[0]["count"]
-        assert read_frame(slow.recv(DEADLINE))[0]["count"] == count == len(found)
+        assert read_frame(slow)[0]["count"] == count == len(found)
         for number in range(3):
             with trace.open("a") as file:
                 file.write(json.dumps({"t": number, "kind": "log", "level": "info", "message": "more"}) + "\n")
@@ -103,7 +104,7 @@ def test_frames_wait_for_the_page(browser: Browser, folder: Path) -> None:
         with pytest.raises(TimeoutError):
             slow.recv(0)
         slow.send("next")
-        frame = read_frame(slow.recv(DEADLINE))[0]
+        frame = read_frame(slow)[0]
         assert (frame["first"], frame["count"]) == (False, count)
 
 
@@ -113,3 +114,24 @@ def test_unknown_runs_are_errors(browser: Browser, served: Served) -> None:
         assert json.loads(socket.recv(DEADLINE))["error"] == "unknown run"
         with pytest.raises(ConnectionClosed, match="4404"):
             socket.recv(DEADLINE)
+
+
+def test_large_frames_come_in_pieces_on_request(
+    browser: Browser, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("seoro.ui.feeds.PIECE", 1000)
+    trace = write(folder / "results" / "large", found := list(many_records(3_000)))
+    run = browser.run(lambda run: run["folder"] == str(trace.parent))["id"]
+    with browser.socket(f"/api/run/{run}") as socket:
+        pieces: list[bytes] = []
+        while not pieces or pieces[-1][0]:
+            if pieces:
+                with pytest.raises(TimeoutError):
+                    socket.recv(0)
+                socket.send("next")
+            pieces.append(bytes(socket.recv(DEADLINE, decode=False)))
+    assert len(pieces) > 10
+    assert max(map(len, pieces)) == 1001
+    fields, columns = split(b"".join(piece[1:] for piece in pieces))
+    assert fields["count"] == len(found)
+    assert columns

@@ -37,9 +37,39 @@ async function read(id: string): Promise<Uint8Array<ArrayBuffer>> {
   return inflate(fromBase64(element.textContent ?? ""));
 }
 
-/** Read a frame of a server: length of the JSON text, the text, columns. */
-export function decodeFrame(data: ArrayBuffer): Frame {
-  const length = new DataView(data).getUint32(0, true);
-  const meta = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))) as Partial<Meta>;
-  return { meta, columns: new Columns(new Uint8Array(data, 4 + length), meta.layout ?? {}) };
+/** Frames of a server, which come in pieces: the first byte is 1 if more pieces of the same frame follow. */
+export class FramePieces {
+  private pieces: Uint8Array<ArrayBuffer>[] = [];
+
+  /** Add a piece; returns the frame with its last one. */
+  add(data: ArrayBuffer): Frame | null {
+    this.pieces.push(new Uint8Array(data, 1));
+    if (new Uint8Array(data)[0] === 1) return null;
+    const found = joined(this.pieces);
+    this.pieces = [];
+    return decodeFrame(found);
+  }
+
+  /** Forget the pieces of a connection that was lost. */
+  clear(): void {
+    this.pieces = [];
+  }
+}
+
+function joined(pieces: readonly Uint8Array<ArrayBuffer>[]): Uint8Array<ArrayBuffer> {
+  const found = new Uint8Array(pieces.reduce((size, piece) => size + piece.length, 0));
+  let offset = 0;
+  for (const piece of pieces) {
+    found.set(piece, offset);
+    offset += piece.length;
+  }
+  return found;
+}
+
+/** Read a frame: columns, the JSON text, and its length. */
+function decodeFrame(data: Uint8Array<ArrayBuffer>): Frame {
+  const end = data.length - 4;
+  const start = end - new DataView(data.buffer).getUint32(data.byteOffset + end, true);
+  const meta = JSON.parse(new TextDecoder().decode(data.subarray(start, end))) as Partial<Meta>;
+  return { meta, columns: new Columns(data.subarray(0, start), meta.layout ?? {}) };
 }

@@ -2,7 +2,7 @@
 import { bytes } from "../net/api";
 import { LiveSocket } from "../net/socket";
 import { Cell } from "../state";
-import { type BlockSource, decodeFrame } from "./frames";
+import { type BlockSource, FramePieces } from "./frames";
 import { RunModel } from "./model";
 import { inflate } from "./unpack";
 
@@ -17,14 +17,20 @@ export class ServedRun {
   constructor(readonly id: string) {
     const path = `/api/run/${encodeURIComponent(id)}`;
     const source = blocksOf(path);
-    this.socket = new LiveSocket(path, (data) => {
+    const pieces = new FramePieces();
+    const take = (data: string | ArrayBuffer) => {
       if (typeof data === "string") return;
+      const frame = pieces.add(data);
+      if (frame === null) {
+        this.socket.send("next");
+        return;
+      }
       // The server sends the next frame while the page draws this one: a busy page gets fewer and larger frames.
       whenDrawn(() => this.socket.send("next"));
-      const frame = decodeFrame(data);
       if (this.model.value === null || frame.meta.first) this.model.value = new RunModel(frame, source, true);
       else this.model.value.append(frame);
-    });
+    };
+    this.socket = new LiveSocket(path, take, () => pieces.clear());
   }
 
   close(): void {
