@@ -30,6 +30,7 @@ from seoro.concurrency.background import background
 from seoro.embed.options import Options
 from seoro.errors import UsageError
 from tests.executors import LONG, NAME, RunningExecutor, executor
+from tests.labs import keyed_executor, make_lab
 from tests.routers import routing
 
 DEADLINE = 90.0  # [s]
@@ -77,10 +78,10 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 @asynccontextmanager
-async def operator(served: Served) -> AsyncIterator[RosNode]:
+async def operator(router: str) -> AsyncIterator[RosNode]:
     """Yield another node of the system."""
     async with (
-        connect(served.router, types=TypeStore.bundled(), dialect=RmwZenoh()) as system,
+        connect(router, types=TypeStore.bundled(), dialect=RmwZenoh()) as system,
         system.node("operator") as node,
     ):
         await system.graph.wait_for(lambda graph: graph.servers(f"{NODE}/state"), DEADLINE)
@@ -102,7 +103,7 @@ async def status_with(node: RosNode, is_wanted: Callable[[Any], bool]) -> Any:
 
 
 async def test_parameters_name_the_scenario_that_starts(served: Served) -> None:
-    async with operator(served) as node:
+    async with operator(served.router) as node:
         assert await list_parameters(node, NODE) == ["parameters", "scenario"]
         await set_parameter(node, NODE, "scenario", "served")
         await set_parameter(node, NODE, "parameters", "{pace: 0.25mps}")
@@ -127,7 +128,7 @@ async def test_parameters_name_the_scenario_that_starts(served: Served) -> None:
 
 async def test_runs_are_started_and_stopped_as_by_scenario_execution(served: Served) -> None:
     async with (
-        operator(served) as node,
+        operator(served.router) as node,
         node.subscribing(
             f"{NODE}/status", "scenario_execution_interfaces/msg/ScenarioExecutionStatus", LATCHED
         ) as status,
@@ -162,7 +163,7 @@ async def test_runs_are_started_and_stopped_as_by_scenario_execution(served: Ser
     ],
 )
 async def test_other_files_and_invalid_scenarios_are_refused(served: Served, name: str, reason: str) -> None:
-    async with operator(served) as node:
+    async with operator(served.router) as node:
         await set_parameter(node, NODE, "scenario", f"'{name}'")
         refused = await call(node, "start")
         assert not refused.success
@@ -172,7 +173,7 @@ async def test_other_files_and_invalid_scenarios_are_refused(served: Served, nam
 
 
 async def test_invalid_parameters_are_refused(served: Served) -> None:
-    async with operator(served) as node:
+    async with operator(served.router) as node:
         await set_parameter(node, NODE, "scenario", "served")
         for text, reason in (("{pace: ", "invalid `parameters`"), ("[1]", "a mapping")):
             await set_parameter(node, NODE, "parameters", text)
@@ -184,7 +185,7 @@ async def test_invalid_parameters_are_refused(served: Served) -> None:
 
 async def test_the_end_of_the_command_stops_its_runs(served: Served) -> None:
     started = command(served.router, served.lab.endpoint, str(served.folder), "--node", "/lab/other")
-    async with operator(served) as node:
+    async with operator(served.router) as node:
         with subprocess.Popen(started, stdout=subprocess.PIPE, text=True) as process:
             try:
                 assert process.stdout is not None
@@ -260,3 +261,35 @@ async def test_an_executor_that_dies_is_reported(tmp_path: Path) -> None:
 def test_the_executor_has_to_be_known(names: list[str], wanted: str | None, reason: str) -> None:
     with pytest.raises(UsageError, match=reason):
         chosen("here", names, wanted)
+
+
+@pytest.mark.more
+@pytest.mark.parametrize(("who", "succeeds"), [("anna", True), ("vera", False)])  # operator and viewer
+async def test_an_executor_with_keys_knows_the_person_of_the_node(
+    tmp_path: Path, who: str, succeeds: bool
+) -> None:
+    """Operators start runs, and are in its audit log; viewers are refused."""
+    lab = make_lab(tmp_path / "keys")
+    scenarios = tmp_path / "scenarios"
+    scenarios.mkdir()
+    (scenarios / "long.osc").write_text(LONG)
+    with routing() as router, keyed_executor(tmp_path, lab) as running:
+        started = command(router, running.endpoint, str(scenarios), "--node", NODE, "--keys", str(lab.keys(who)))
+        with subprocess.Popen(started, stdout=subprocess.PIPE, text=True) as process:
+            try:
+                assert process.stdout is not None
+                assert f"node {NODE}" in process.stdout.readline()
+                async with operator(router) as node:
+                    await set_parameter(node, NODE, "scenario", "long")
+                    run = await call(node, "start")
+                    assert run.success is succeeds, run.message
+                    stopped = await call(node, "stop")
+                    assert stopped.success
+            finally:
+                process.kill()
+    if not succeeds:
+        assert "vera (viewer) may not send" in run.message
+        return
+    assert f"stopped by the ROS 2 service {NODE}/stop" in stopped.message
+    lines = (tmp_path / "state" / "audit.jsonl").read_text().splitlines()
+    assert any(who in line and "submit" in line for line in lines)
