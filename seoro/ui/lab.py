@@ -12,6 +12,7 @@ from starlette.websockets import WebSocket
 
 from seoro.client.lab import LabControl
 from seoro.lab.outcomes import Outcome
+from seoro.lab.recorded import recorded_robots
 from seoro.lab.status import listed_robots
 from seoro.ui.answers import RequestError, answer, read_object, text_of
 from seoro.ui.lab_stop import EmergencyStop, outcome_data
@@ -33,7 +34,7 @@ def routes(site: Site) -> list[BaseRoute]:
     def endpoints() -> Sequence[str]:
         return (*(() if file is None else file.endpoints), *site.places.endpoints)
 
-    watch = LabWatch(endpoints, LOCAL if file is None else (), listed, site.keys)
+    watch = LabWatch(endpoints, LOCAL if file is None else (), listed, site.keys, recorded_robots(file))
     site.start_soon(watch.serve)
 
     def control() -> LabControl:

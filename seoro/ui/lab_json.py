@@ -9,23 +9,51 @@ from seoro.lab.status import state_of
 
 if TYPE_CHECKING:
     from seoro.bridges.wire import ActiveStop, LabState, RobotState
+    from seoro.lab.recorded import RecordedRobot
     from seoro.lab.status import ListedRobot, Member
     from seoro.ui.lab_watch import Seen
 
+BAG: Final = "bag"  # kind of the member with the recorded robots of a lab file
 BRIDGE: Final = "bridge"  # kind of nodes with real robots; other nodes are simulators
 EXECUTOR: Final = "executor"
 NOW: Final = 1.0  # [s], longest age that is shown as "now"
 
 
-def snapshot_of(members: Sequence[Seen], listed: Sequence[ListedRobot]) -> Mapping[str, Any]:
+def snapshot_of(
+    members: Sequence[Seen], listed: Sequence[ListedRobot], recorded: Sequence[RecordedRobot] = ()
+) -> Mapping[str, Any]:
     """Return the state of a lab.
 
     Args:
         members: Its members.
         listed: Robots of its lab file, which come first.
+        recorded: Recorded robots of its lab file.
     """
     found = [_member(seen, [each for each in listed if each.endpoint == seen.member.endpoint]) for seen in members]
+    found += [_bag(recorded)] if recorded else []
     return {"members": found, "stopped": _stopped(members)}
+
+
+def _bag(recorded: Sequence[RecordedRobot]) -> Mapping[str, Any]:
+    """Return the member with the recorded robots, which have one bag."""
+    return {
+        "name": "recorded robots",
+        "endpoint": recorded[0].bag,
+        "kind": BAG,
+        "problem": "",
+        "stopped": "",
+        "robots": [
+            {
+                **_UNUSED,
+                "name": each.name,
+                "there": each.name,
+                "type": each.type,
+                "state": "unreadable" if each.problem else "recorded",
+                "detail": each.problem or each.contents,
+            }
+            for each in recorded
+        ],
+    }
 
 
 def _stopped(members: Sequence[Seen]) -> Mapping[str, Any] | None:
@@ -77,19 +105,25 @@ def _robots(member: Member, listed: Sequence[ListedRobot]) -> Iterator[Mapping[s
             yield _robot(name, "", member.state, state)
 
 
+_UNUSED: Final[Mapping[str, Any]] = {
+    "real": None,
+    "holder": "",
+    "lease": None,
+    "until": None,
+    "queue": [],
+    "stopped": None,
+}
+"""Fields of a robot without a node."""
+
+
 def _missing(listed: ListedRobot) -> Mapping[str, Any]:
     return {
+        **_UNUSED,
         "name": listed.name,
         "there": listed.remote_name,
         "type": listed.type,
-        "real": None,
         "state": "not found",
         "detail": f"the node has no robot '{listed.remote_name}'",
-        "holder": "",
-        "lease": None,
-        "until": None,
-        "queue": [],
-        "stopped": None,
     }
 
 

@@ -21,6 +21,7 @@ from seoro.bridges.wire.message import Empty
 from seoro.concurrency.background import background
 from seoro.concurrency.condition import Condition
 from seoro.errors import BackendError, UsageError
+from seoro.lab.recorded import RecordedRobot
 from seoro.lab.status import ANSWER_TIMEOUT, Connection, ListedRobot, Member, connect_endpoint, members_at, refresh
 from seoro.ui.lab_json import snapshot_of
 
@@ -52,6 +53,7 @@ class LabWatch:
         optional: Further endpoints, which need not be in use.
         listed: Robots of a lab file.
         keys: Folder of keys, as in `connect_members`.
+        recorded: Recorded robots of a lab file.
     """
 
     def __init__(
@@ -60,11 +62,13 @@ class LabWatch:
         optional: Sequence[str] = (),
         listed: Sequence[ListedRobot] = (),
         keys: Path | None = None,
+        recorded: Sequence[RecordedRobot] = (),
     ) -> None:
         self._endpoints = endpoints
         self._optional = optional
         self._listed = listed
         self._keys = keys
+        self._recorded = recorded
         self._seen: dict[str, dict[str, Seen]] = {}
         self._followers = 0
         self._changed = Condition()  # of the members, and of the followers
@@ -109,7 +113,7 @@ class LabWatch:
         await self._changed.wait_for(self._is_read)
         last: Mapping[str, Any] | None = None
         while True:
-            present = snapshot_of(self.members, self._listed)
+            present = snapshot_of(self.members, self._listed, self._recorded)
             if present != last:
                 last = present
                 yield present

@@ -15,6 +15,7 @@ import pytest
 from seoro.client.lab import LabControl
 from seoro.concurrency.background import background
 from seoro.lab.reading import read_lab
+from seoro.lab.recorded import RecordedRobot
 from seoro.lab.status import listed_robots
 from seoro.ui.lab_stop import ANSWER_WITHIN, EmergencyStop
 from seoro.ui.lab_watch import LabWatch
@@ -93,6 +94,21 @@ async def test_robots_of_a_lab_file_come_first_by_its_names(hall: Hall, tmp_path
         ("turtlebot4", "free"),
     ]
     assert found["tb9"]["detail"] == "the node has no robot 'ninth'"
+
+
+async def test_recorded_robots_of_a_lab_file_are_listed(hall: Hall) -> None:
+    recorded = [
+        RecordedRobot("tb", "cart", "field/drive", "5.0 s, 3 topics"),
+        RecordedRobot("x", "", "field/drive", problem="lost"),
+    ]
+    async with following(LabWatch(lambda: [hall.endpoint], recorded=recorded)) as until:
+        found = await until(lambda found: True)
+    bag = found["members"][-1]
+    assert (bag["kind"], bag["endpoint"]) == ("bag", "field/drive")
+    assert [(each["name"], each["state"], each["detail"]) for each in bag["robots"]] == [
+        ("tb", "recorded", "5.0 s, 3 topics"),
+        ("x", "unreadable", "lost"),
+    ]
 
 
 async def test_unreachable_endpoints_are_problems_unless_they_are_optional(hall: Hall, tmp_path: Path) -> None:

@@ -57,6 +57,7 @@ export function Lab({ shared }: { shared: Shared }) {
 
 function Member({ member, onWish }: { member: LabMember; onWish: ((wish: Wish) => void) | null }) {
   const now = useNow(member.robots.some((robot) => robot.until !== null));
+  const isRecorded = member.kind === "bag";
   return (
     <section class="panel member" aria-label={clip(plain(member.name || member.endpoint), 80)}>
       <div class="head">
@@ -74,7 +75,7 @@ function Member({ member, onWish }: { member: LabMember; onWish: ((wish: Wish) =
       ) : (
         <ul class="robots">
           {member.robots.map((robot) => (
-            <Robot key={robot.name} robot={robot} now={now} onWish={onWish} />
+            <Robot key={robot.name} robot={robot} now={now} onWish={isRecorded ? null : onWish} isRecorded={isRecorded} />
           ))}
         </ul>
       )}
@@ -82,14 +83,22 @@ function Member({ member, onWish }: { member: LabMember; onWish: ((wish: Wish) =
   );
 }
 
+const RECORDED: [sign: string, word: string, style: string] = ["▷", "recorded", "simulated"];
 const KINDS = new Map<boolean | null, [sign: string, word: string, style: string]>([
   [true, ["⚠", "REAL", "real"]],
   [false, ["◇", "simulated", "simulated"]],
   [null, ["?", "unknown", "simulated"]],
 ]);
 
-function Robot({ robot, now, onWish }: { robot: LabRobot; now: number; onWish: ((wish: Wish) => void) | null }) {
-  const [sign, word, style] = KINDS.get(robot.real)!;
+interface RobotProps {
+  robot: LabRobot;
+  now: number;
+  onWish: ((wish: Wish) => void) | null;
+  isRecorded: boolean;
+}
+
+function Robot({ robot, now, onWish, isRecorded }: RobotProps) {
+  const [sign, word, style] = isRecorded ? RECORDED : KINDS.get(robot.real)!;
   const name = clip(plain(robot.name), 80);
   const button = (kind: Wish["kind"], text: string, label: string) => (
     <button type="button" class={kind === "stop" ? "danger" : ""} aria-label={label} onClick={() => onWish?.({ kind, robot })}>
