@@ -127,6 +127,10 @@ async def test_poses_by_odometry_say_so(tmp_path: Path, open_report: Open) -> No
     assert (await name.inner_text()).split() == ["tb4", "real", "by", "odometry"]
     await opened.set_time(2.5)
     assert (await name.inner_text()).split() == ["tb4", "real"]
+    await opened.page.get_by_role("button", name="3D").click()
+    await opened.page.locator('canvas[data-labels="tb4 (real)"]').wait_for()
+    await opened.set_time(1.5)
+    await opened.page.locator('canvas[data-labels="tb4 (real, by odometry)"]').wait_for()
     assert opened.problems == []
 
 

@@ -12,6 +12,7 @@ import pytest
 import pytest_asyncio
 
 from seoro.cli.main import main
+from seoro.ui import debug_session
 from seoro.ui.server import Served, SiteOptions
 from tests.bridges.robot.conftest import Rails
 from tests.chromium import launched, violations_of
@@ -23,7 +24,7 @@ from tests.ui.test_campaigns import SCENARIO
 from tests.ui.test_runs import submitted
 
 if TYPE_CHECKING:
-    from playwright.async_api import Browser, Page
+    from playwright.async_api import Browser, Page, WebSocketRoute
 
 pytestmark = pytest.mark.asyncio(loop_scope="module")
 
@@ -46,6 +47,7 @@ scenario first:
         wait elapsed(pause)
         log("done")
 """
+LOST = 3001  # close code, neither that of an end nor of a replacement
 PAGES = ("/runs", "/start", "/lab", "/campaigns", "/compare", "/nowhere")
 
 
@@ -258,4 +260,55 @@ async def test_a_debugged_run_stops_at_a_breakpoint_and_outlives_a_reload(chromi
         await panel.get_by_role("button", name="Step over").click()
         await page.locator(".badge", has_text="Passed").wait_for()
         await panel.get_by_text("The run has ended.").wait_for()
+        assert found.problems == []
+
+
+async def test_a_debugger_that_lost_its_connection_opens_it_again(
+    chromium: Browser, site: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with opened(chromium, site.access) as found:
+        page = found.page
+        sockets: list[WebSocketRoute] = []
+        servers: list[WebSocketRoute] = []
+        refused = {1, 2}  # attempts
+
+        async def forward(socket: WebSocketRoute) -> None:
+            sockets.append(socket)
+            if len(sockets) - 1 in refused:
+                await socket.close(code=LOST)
+            else:
+                servers.append(socket.connect_to_server())
+
+        async def lose() -> None:
+            await servers[-1].close(code=LOST)
+            await sockets[-1].close(code=LOST)
+
+        await page.route_web_socket("**/api/debug*", forward)
+        await found.go("/start")
+        await choose_scenario(page, "first")
+        await page.get_by_label("goal.x").fill("1m")
+        await page.get_by_label("pause").fill("0.2s")
+        await page.get_by_role("button", name="Debug").click()
+        panel = page.get_by_role("region", name="Debugger")
+        await panel.get_by_text("Paused at the start").wait_for()
+        line = FORM.splitlines().index('        log("done")') + 1
+        await page.locator(".marks", has_text=str(line)).click()
+        condition = panel.get_by_label(f"Condition of the breakpoint in line {line}")
+        await condition.wait_for()
+        await lose()
+        await panel.get_by_text("The connection is lost").wait_for()
+        assert await panel.get_by_role("button", name="Continue").is_disabled()
+        await panel.get_by_text("Paused at the start").wait_for()
+        assert len(sockets) == 4
+        assert await condition.count() == 1
+        await panel.get_by_role("button", name="Continue").click()
+        await panel.get_by_text("Paused at a breakpoint, 0.200 s").wait_for()
+        await panel.locator(".variables li", has_text="shade").wait_for()
+
+        monkeypatch.setattr(debug_session, "RETURN_WITHIN", 0.0)  # the page returns too late
+        refused.add(4)
+        await lose()
+        await panel.get_by_text("The run has ended while the connection was lost.").wait_for()
+        await page.locator(".badge", has_text="Cancelled").wait_for()
+        assert await panel.get_by_role("button", name="End").is_disabled()
         assert found.problems == []

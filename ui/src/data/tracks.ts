@@ -91,6 +91,12 @@ export class Track {
     return frame !== "map";
   }
 
+  /** Name for pictures at a time, with what people must know of its pose. */
+  labelAt(time: number, name = this.name): string {
+    const marks = [this.scene?.real ? "real" : "", this.isByOdometry(time) ? "by odometry" : ""].filter(Boolean);
+    return marks.length > 0 ? `${name} (${marks.join(", ")})` : name;
+  }
+
   /** Samples around a time, and the share of the later one; null before the first sample. */
   private around(time: number): [index: number, next: number, share: number] | null {
     const next = after(this.times, time + 1e-9);

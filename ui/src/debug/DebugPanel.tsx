@@ -23,6 +23,7 @@ export function DebugPanel({ state }: { state: PageState }) {
     setProblem(null);
     action.catch(setProblem);
   };
+  useEffect(() => setProblem(null), [status === "lost"]);
   useEffect(() => {
     if (!isPaused) return;
     readBranches()
@@ -57,9 +58,9 @@ export function DebugPanel({ state }: { state: PageState }) {
     starting: "Starting",
     running: "Running",
     paused: text,
-    ended: "The run has ended.",
+    ended: text,
     replaced: "Another page debugs this run.",
-    lost: "The connection is lost. Reload the page within a minute to continue.",
+    lost: "The connection is lost, and is being opened again. The run ends if this takes longer than a minute.",
   };
   return (
     <section class="panel debug" aria-label="Debugger">

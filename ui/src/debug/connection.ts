@@ -40,11 +40,15 @@ export class DapConnection {
     this.opened = new Promise((resolve, reject) => {
       this.socket.onopen = () => resolve();
       this.socket.onclose = ({ code }) => {
-        const error = new RequestFailed("the debugger has ended", "start the run again");
+        const closing = code === FINISHED ? "ended" : code === REPLACED ? "replaced" : "lost";
+        const error =
+          closing === "lost"
+            ? new RequestFailed("the connection is lost", "try again when it is open")
+            : new RequestFailed("the debugger has ended", "start the run again");
         reject(error);
         for (const each of this.waiting.values()) each.reject(error);
         this.waiting.clear();
-        onClose(code === FINISHED ? "ended" : code === REPLACED ? "replaced" : "lost");
+        onClose(closing);
       };
     });
     this.opened.catch(() => undefined); // the requests report it

@@ -1,5 +1,6 @@
 // A debugged run: the page is the client of `seoro dap`, which the server runs.
 import { RequestFailed } from "../net/api";
+import { Retry } from "../net/retry";
 import { Cell } from "../state";
 import { type Closing, DapConnection, type DapEvent } from "./connection";
 
@@ -50,12 +51,12 @@ interface Placed {
 
 const RUN = "seoro.debugged"; // key of the run in the storage of the tab
 
-/** The only session of a page, which returns to it when it is loaded again. */
+/** The only session of a page, which returns to it when it is loaded again, or its connection was lost. */
 class DebugSession {
   readonly status = new Cell<DebugStatus>("none");
   /** ID of the run. */
   readonly run = new Cell("");
-  /** Why the run is paused. */
+  /** Why the run is paused, or how it ended. */
   readonly text = new Cell("");
   readonly thread = new Cell(0);
   readonly breakpoints = new Cell<readonly Breakpoint[]>([]);
@@ -64,6 +65,7 @@ class DebugSession {
   readonly pauses = new Cell(0);
   private connection: DapConnection | null = null;
   private folder = "";
+  private readonly retry = new Retry(() => this.connect(this.run.value));
 
   /** Start a run that is paused at its start. */
   async launch(settings: object): Promise<{ run: string }> {
@@ -192,15 +194,23 @@ class DebugSession {
   }
 
   private reset(): void {
+    this.retry.cancel();
     this.status.value = "starting";
     this.run.value = "";
     this.text.value = "";
+    this.forgetState();
+  }
+
+  /** Forget what the server sends to a page that returns. */
+  private forgetState(): void {
+    this.retry.reset();
     this.breakpoints.value = [];
     this.output.value = [];
   }
 
   private onEvent({ event, body = {} }: DapEvent): void {
     if (event === "seoro/run") {
+      if (this.status.value === "lost") this.forgetState();
       this.run.value = String(body["run"]);
       this.folder = String(body["cwd"] ?? "");
       sessionStorage.setItem(RUN, this.run.value);
@@ -215,7 +225,7 @@ class DebugSession {
     } else if (event === "output") {
       this.output.value = [...this.output.value.slice(-199), String(body["output"] ?? "").trimEnd()];
     } else if (event === "terminated") {
-      this.end("ended");
+      this.end("ended", "The run has ended.");
     }
   }
 
@@ -227,13 +237,20 @@ class DebugSession {
   }
 
   private onClose(connection: DapConnection, closing: Closing): void {
-    const hasRun = this.run.value !== "";
     if (this.connection !== connection || this.status.value === "none" || this.status.value === "ended") return;
-    this.end(hasRun ? closing : "none");
+    const hasRun = this.run.value !== "";
+    if (hasRun && closing === "lost") {
+      this.status.value = "lost";
+      this.retry.schedule();
+    } else {
+      const wasLost = this.status.value === "lost";
+      this.end(hasRun && closing !== "lost" ? closing : "none", `The run has ended${wasLost ? " while the connection was lost" : ""}.`);
+    }
   }
 
-  private end(status: "none" | "ended" | "replaced" | "lost"): void {
-    if (status !== "lost") sessionStorage.removeItem(RUN);
+  private end(status: "none" | "ended" | "replaced", text: string): void {
+    sessionStorage.removeItem(RUN);
+    this.text.value = text;
     this.status.value = status;
   }
 }

@@ -202,8 +202,7 @@ export function drawEntity(
     for (const shape of shapes) if (shape.link) drawShape(context, view, shape, frame, colour, colours);
   }
   if (isRobot && (footprint.length >= 3 || shapes.length === 0)) drawDirection(context, x, y, pose.yaw, Math.max(9, 0.22 * view.scale), colours);
-  const marks = [scene?.real ? "real" : "", track.isByOdometry(pose.time) ? "by odometry" : ""].filter(Boolean);
-  drawName(context, x, y, marks.length > 0 ? `${name} (${marks.join(", ")})` : name, Math.max(9, 0.2 * view.scale), colours);
+  drawName(context, x, y, track.labelAt(pose.time, name), Math.max(9, 0.2 * view.scale), colours);
 }
 
 function drawDirection(

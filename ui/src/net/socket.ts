@@ -1,8 +1,6 @@
 // WebSockets that are opened again when the connection is lost.
 import { Cell } from "../state";
-
-const FIRST_PAUSE = 250; // [ms] before the connection is opened again
-const LONGEST_PAUSE = 4_000; // [ms]
+import { Retry } from "./retry";
 
 export type SocketState = "connecting" | "open" | "lost" | "refused";
 
@@ -18,8 +16,7 @@ export class LiveSocket {
   /** Why the server refused; it is not asked again. */
   readonly refusal = new Cell<Refusal | null>(null);
   private socket: WebSocket | null = null;
-  private pause = FIRST_PAUSE;
-  private timer: ReturnType<typeof setTimeout> | undefined;
+  private readonly retry = new Retry(() => this.open());
   private isClosed = false;
 
   /**
@@ -32,7 +29,6 @@ export class LiveSocket {
     private readonly onMessage: (data: string | ArrayBuffer) => void,
     private readonly onOpen: () => void = () => undefined,
   ) {
-    addEventListener("online", this.openNow);
     this.open();
   }
 
@@ -42,16 +38,9 @@ export class LiveSocket {
 
   close(): void {
     this.isClosed = true;
-    removeEventListener("online", this.openNow);
-    clearTimeout(this.timer);
+    this.retry.cancel();
     this.socket?.close();
   }
-
-  private readonly openNow = () => {
-    if (this.state.value !== "lost") return;
-    clearTimeout(this.timer);
-    this.open();
-  };
 
   private open(): void {
     const address = new URL(this.path, location.href);
@@ -60,7 +49,7 @@ export class LiveSocket {
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.onopen = () => {
-      this.pause = FIRST_PAUSE;
+      this.retry.reset();
       this.state.value = "open";
       this.onOpen();
     };
@@ -72,8 +61,7 @@ export class LiveSocket {
     socket.onclose = () => {
       if (this.isClosed || this.socket !== socket || this.state.value === "refused") return;
       this.state.value = "lost";
-      this.timer = setTimeout(() => this.open(), this.pause * (0.8 + 0.4 * Math.random()));
-      this.pause = Math.min(2 * this.pause, LONGEST_PAUSE);
+      this.retry.schedule();
     };
   }
 

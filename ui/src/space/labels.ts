@@ -6,9 +6,15 @@ import { clip, plain } from "../text";
 const SIZE = 28; // [pixels] of the text
 const SCALE = 0.008; // [m/pixel] at a distance of 1 m times `sizeAttenuation` off
 
+/** Free the memory of a label. */
+export function dispose({ material }: Sprite): void {
+  material.map?.dispose();
+  material.dispose();
+}
+
 /** Make a label. */
 export function labelOf(name: string, colours: Theme): Sprite {
-  const text = clip(plain(name), 40);
+  const text = clip(plain(name), 60);
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d")!;
   const font = `600 ${SIZE}px system-ui, sans-serif`;

@@ -21,6 +21,7 @@ import {
   Points,
   PointsMaterial,
   Scene,
+  type Sprite,
   SRGBColorSpace,
   WebGLRenderer,
 } from "three";
@@ -30,7 +31,7 @@ import { after } from "../data/unpack";
 import { type Theme, theme } from "../draw/theme";
 import { extentOf, isFlat } from "../draw/world";
 import { bodyOf, entityBody, place } from "./bodies";
-import { labelOf } from "./labels";
+import { dispose, labelOf } from "./labels";
 import type { Picture } from "./loading";
 import { Orbit } from "./orbit";
 
@@ -42,6 +43,8 @@ const JUMP = 2; // [m] between two samples that are not a way
 interface Shown {
   track: Track;
   body: Group;
+  label: Sprite | null;
+  text: string; // of the label
   way: LineSegments;
   samples: number; // in the way
   plan: Line;
@@ -54,6 +57,7 @@ class World3D implements Picture {
   private readonly scene = new Scene();
   private readonly shown: Shown[] = [];
   private readonly hits: Points;
+  private readonly colours = theme();
   private size: [number, number] = [1, 1];
 
   constructor(
@@ -63,14 +67,14 @@ class World3D implements Picture {
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.setPixelRatio(devicePixelRatio || 1);
-    const colours = theme();
+    const { colours } = this;
     this.scene.background = new Color(colours.unknown);
     const sun = new DirectionalLight(0xffffff, 2);
     sun.position.set(3, -5, 10);
     this.scene.add(new AmbientLight(0xffffff, 1.6), sun);
     this.addGround(map, colours);
     this.scene.add(bodyOf((run.meta.scene?.shapes ?? []).filter((shape) => !isFlat(shape)), colours.wall));
-    run.tracks.tracks.forEach((track, index) => this.addTrack(track, colours.entities[index % colours.entities.length]!, colours));
+    run.tracks.tracks.forEach((track, index) => this.addTrack(track, colours.entities[index % colours.entities.length]!));
     this.hits = new Points(new BufferGeometry(), new PointsMaterial({ color: colours.cursor, size: 4, sizeAttenuation: false }));
     this.hits.frustumCulled = false;
     this.scene.add(this.hits);
@@ -109,6 +113,7 @@ class World3D implements Picture {
       const { track, body, way, plan } = shown;
       const pose = track.spatial(time);
       body.visible = pose !== null;
+      this.rename(shown, track.labelAt(time));
       if (pose !== null) {
         place(body, pose);
         if (track.links.size > 0) track.shapes(time).forEach((shape, at) => place(body.children[at]!, shape.pose));
@@ -126,6 +131,7 @@ class World3D implements Picture {
     replacePoints(this.hits.geometry, hits);
     this.renderer.render(this.scene, this.orbit.camera);
     this.canvas.dataset["hits"] = String(hits.length / 3);
+    this.canvas.dataset["labels"] = this.shown.filter(({ body }) => body.visible).map(({ text }) => text).join("\n");
     this.canvas.dataset["triangles"] = String(this.renderer.info.render.triangles);
   }
 
@@ -165,16 +171,26 @@ class World3D implements Picture {
     this.scene.add(place);
   }
 
-  private addTrack(track: Track, colour: string, colours: Theme): void {
+  /** Change the label of a body, which is its last part. */
+  private rename(shown: Shown, text: string): void {
+    if (text === shown.text) return;
+    if (shown.label !== null) {
+      shown.body.remove(shown.label);
+      dispose(shown.label);
+    }
+    shown.text = text;
+    shown.label = labelOf(text, this.colours);
+    shown.label.position.z = (shown.track.scene?.height || 0.3) + 0.15;
+    shown.body.add(shown.label);
+  }
+
+  private addTrack(track: Track, colour: string): void {
     const body = entityBody(track.scene, colour);
-    const label = labelOf(track.scene?.real ? `${track.name} (real)` : track.name, colours);
-    label.position.z = (track.scene?.height || 0.3) + 0.15;
-    body.add(label);
     const way = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: colour }));
     const plan = new Line(new BufferGeometry(), new LineDashedMaterial({ color: colour, dashSize: 0.12, gapSize: 0.1 }));
     way.frustumCulled = plan.frustumCulled = false;
     this.scene.add(body, way, plan);
-    this.shown.push({ track, body, way, samples: 0, plan });
+    this.shown.push({ track, body, label: null, text: "", way, samples: 0, plan });
   }
 }
 
