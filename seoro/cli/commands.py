@@ -15,6 +15,7 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
         "accept": "check a recorded trace against its scenario",
     },
     "write scenarios": {
+        "new": "make a project with a scenario, a world, an own action and tests",
         "check": "parse and check scenario files without running them",
         "fmt": "format scenario files (coding style guide of the standard)",
         "migrate": "rewrite scenario files that were written for scenario_execution",

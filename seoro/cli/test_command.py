@@ -15,7 +15,7 @@ from seoro.cli.exit_status import Exit
 from seoro.cli.packages import require
 from seoro.cli.shards import Shard
 from seoro.errors import UsageError
-from seoro.lang.projects import project_of
+from seoro.lang.projects import Project, project_of
 
 EXAMPLES = """examples:
   seoro test
@@ -95,7 +95,7 @@ def arguments_of(options: argparse.Namespace) -> list[str]:
     Raises:
         UsageError: A setting is invalid, or the package of an option is missing.
     """
-    project = project_of(Path.cwd())
+    project = _project(options)
     settings: dict[str, Any] = {} if project is None else dict(project.test)
     paths = options.paths or [str(path) for path in settings.get("paths", ())] or ["."]
     arguments = ["--quiet", "--no-header", "-r", "fE", "--tb", "short", "-W", _IMPORTED, *paths]
@@ -132,5 +132,11 @@ def _need(option: str, module: str, package: str) -> None:
 
 def _watched(options: argparse.Namespace) -> Path:
     """Return the folder whose files are watched: that of the project, else the working directory."""
-    project = project_of(Path.cwd())
+    project = _project(options)
     return Path.cwd() if project is None else project.folder
+
+
+def _project(options: argparse.Namespace) -> Project | None:
+    """Return the project of the first path, else of the working directory."""
+    first = options.paths[0].partition("::")[0] if options.paths else "."
+    return project_of(Path(first))
