@@ -45,6 +45,7 @@ EXAMPLES = {  # names that only illustrate a rule
     "docs/explanation/measurements.md": {"localisation.csv"},
     "docs/how-to/edit.md": {"source.osc"},  # a scope of TextMate
     "docs/how-to/libraries.md": {"garden.osc", "garden.py", "garden/garden.osc", "garden/__init__.py", "view.png"},
+    "docs/how-to/projects.md": {"warehouse/scenarios/deliver.osc"},  # made by a command
     "docs/how-to/pytest.md": {"far.yaml"},
     "docs/how-to/simulate.md": {"name.png"},
     "docs/how-to/worlds.md": {"garden/pots/small.sdf"},

@@ -272,6 +272,7 @@ def result(
         "parameters": parameters,
         "cancelled": [each.plain() for each in verdict.cancelled],
         "margin": verdict.margin,
+        "requirements": list(verdict.requirements),
         "unobserved": list(verdict.unobserved),
         "coverage": [item.plain() for item in verdict.coverage],
         "files": [str(path) for path, _ in files],

@@ -54,6 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--watch", "run the tests again whenever a file changes, until Ctrl-C")
     add_option(parser, "--list", "list the tests without running them")
     add_option(parser, "--junit FILE", "write the results as JUnit XML to this file")
+    add_option(parser, "--requirements", "list requirements with the results of their tests")
     add_option(parser, "--report DIR", "write a page that shows it for each run of a scenario to this folder")
     add_option(parser, "--pytest OPTIONS", "further options of pytest, such as '--durations 5'", default="")
     add_output_format(parser)
@@ -112,6 +113,8 @@ def arguments_of(options: argparse.Namespace) -> list[str]:
         "--seoro-report": options.report,
     }.items():
         arguments += [] if value is None else [option, str(value)]
+    if options.requirements:
+        arguments.append(f"--osc-requirements={settings.get('requirements', '')}")
     arguments += ["--last-failed"] * options.last_failed + ["--exitfirst"] * options.fail_fast
     arguments += ["--collect-only"] * options.list
     jobs = settings.get("jobs", 1) if options.jobs is None else options.jobs

@@ -26,6 +26,7 @@ from seoro.lang.frozen import Value
 from seoro.lang.source import SourceFile, Span
 
 if TYPE_CHECKING:
+    from seoro.embed.runnable import Runnable
     from seoro.lang.frontend import Checked
     from seoro.lang.symbols import TypeSymbol
 
@@ -78,6 +79,7 @@ class Directives(Value):
         world: Name or path of the simulator's world; None for the simulator's default.
         timeout: Limit of wall time [s]; None for the runner's default.
         marks: Comments with marks of pytest.
+        requirements: Names of requirements that the scenario covers.
     """
 
     expect: str = "passed"
@@ -91,6 +93,7 @@ class Directives(Value):
     world: str | None = None
     timeout: float | None = None
     marks: tuple[MarkComment, ...] = ()
+    requirements: tuple[str, ...] = ()
 
 
 class FileDirectives(Value):
@@ -248,6 +251,31 @@ def _params(before: Directives, text: str, span: Span) -> Directives:
     return replace(before, files=(*before.files, *found))
 
 
+def _requirement(before: Directives, text: str, span: Span) -> Directives:
+    names = [name.strip() for name in text.split(",")]
+    if not all(names) or any(set(name) & set(" \t") for name in names):
+        raise UsageError(
+            f"invalid requirements `{text}`: expected names", span, "for example `requirement REQ-12, REQ-13`"
+        )
+    return replace(before, requirements=tuple(dict.fromkeys((*before.requirements, *names))))
+
+
+def requirements_of(scenario: Runnable, name: str | None) -> tuple[str, ...]:
+    """Return the requirements that a scenario of a file covers.
+
+    Args:
+        scenario: The file.
+        name: Name of the scenario; None for the entry of the file.
+
+    Raises:
+        InvalidScenario, UsageError: A directive is invalid, or the file has no such scenario.
+    """
+    if "requirement" not in scenario.file.text:  # directives are read once for each run
+        return ()
+    found = read_directives(scenario.file, scenario.scenario_lines)
+    return found.scenarios.get(scenario.entry(name).line, found.common).requirements
+
+
 def _seed(before: Directives, text: str, span: Span) -> Directives:
     parts = [part.strip() for part in text.split(",")]
     if not all(part.isdecimal() for part in parts):
@@ -317,6 +345,7 @@ _READERS: Mapping[str, Callable[[Directives, str, Span], Directives]] = {
     "expect": _expect,
     "parametrize": _parametrize,
     "params": _params,
+    "requirement": _requirement,
     "seed": _seed,
     "set": _set,
     "simulators": _simulators,

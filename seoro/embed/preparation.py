@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from seoro import __version__
 from seoro.embed.backends import make_clock, open_backends, open_ros
+from seoro.embed.directives import requirements_of
 from seoro.embed.option_checks import check_options
 from seoro.embed.options import SEED_BITS, Options, pose_rate
 from seoro.embed.runnable import Runnable
@@ -64,6 +65,7 @@ async def prepare(scenario: Runnable, options: Options) -> AsyncIterator[Run]:
             locate=options.locate,
             overrides={**overrides, **split_world(given.overrides)[1]},
             constraints=options.constraints,
+            requirements=requirements_of(scenario, options.name),
             grace=options.grace,
             version=__version__,
             sources=scenario.files,

@@ -60,6 +60,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
     group.addoption("--osc-shard", type=_shard, metavar="N/M", help="only part N of M of all tests")
     group.addoption(
+        "--osc-requirements",
+        metavar="FILE",
+        nargs="?",
+        const="",
+        help="list requirements with the results of their tests; FILE has the names of all, a line each",
+    )
+    group.addoption(
         "--seoro-report",
         type=Path,
         metavar="DIR",
@@ -106,6 +113,12 @@ def pytest_configure(config: pytest.Config) -> None:
         f"{MARK}(file, *, rate, runs=1000, vary=(), jobs=None): run a campaign, and fail unless its pass rate is "
         "at least `rate` with 95 % confidence; `file` is for tests in Python",
     )
+    config.addinivalue_line("markers", "requirement(*names): requirements that a test covers")
+    listed: str | None = config.getoption("osc_requirements")
+    if listed is not None:
+        from seoro.pytest_plugin.requirements import Requirements  # noqa: PLC0415 - for this option only
+
+        config.pluginmanager.register(Requirements(config, Path(listed) if listed else None))
     named, connected, world = (config.getoption(f"osc_{key}") for key in ("sim", "connect", "world"))
     if named is not None and connected is not None:
         raise pytest.UsageError("--osc-sim contradicts --osc-connect: leave out one of them")
@@ -145,6 +158,18 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     """Mark a test that passes after a failed attempt as flaky."""
     if call.when == "call" and call.excinfo is None and getattr(item, "execution_count", 1) > 1:
         item.user_properties.append(("flaky", "true"))
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Add the requirements of a test to its properties, which JUnit XML has."""
+    properties = (("requirement", name) for name in requirements_of(item))
+    item.user_properties += [each for each in properties if each not in item.user_properties]
+
+
+def requirements_of(item: pytest.Item) -> tuple[str, ...]:
+    """Return the names of the requirements that a test covers, by its marks."""
+    marks = item.iter_markers("requirement")
+    return tuple(dict.fromkeys(str(name) for mark in marks for name in mark.args))
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:

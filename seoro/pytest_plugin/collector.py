@@ -50,7 +50,7 @@ class OscFile(pytest.Module):
         if scenario.checked.errors:
             yield self._check(found.common, InvalidScenario(scenario.checked.errors), marks[found.common])
         for name, line, case in tests:
-            run = _function(case, marks[case.directives])
+            run = _function(case, [*marks[case.directives], *_requirements(case.directives)])
             yield OscItem.from_parent(self, name=name, callobj=run, line=line)
 
     def _tests(
@@ -144,6 +144,11 @@ def _variants(directives: Directives) -> Iterator[tuple[str, str | None, OptionF
         if seed is not None:
             options["seed"] = seed
         yield name + again, simulator, options
+
+
+def _requirements(directives: Directives) -> Iterator[pytest.MarkDecorator]:
+    if directives.requirements:
+        yield pytest.mark.requirement(*directives.requirements)
 
 
 def _function(case: Case, marks: Sequence[pytest.MarkDecorator]) -> Callable[..., None]:

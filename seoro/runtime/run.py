@@ -286,6 +286,7 @@ class Execution:
             parameters=self.parameters,
             overrides=dict(self._settings.overrides),
             **({"constraints": list(self._settings.constraints)} if self._settings.constraints else {}),
+            **({"requirements": list(self._settings.requirements)} if self._settings.requirements else {}),
             clock=self._settings.clock.name,
             **({"rate": self._settings.rate} if math.isfinite(self._settings.rate) else {}),
             version=self._settings.version,
@@ -318,6 +319,7 @@ class Execution:
             unobserved=tuple(services.unobserved),
             explanation=decision.explanation,
             margin=services.margins.least,
+            requirements=tuple(self._settings.requirements),
         )
 
     def _decision(self) -> Decision:

@@ -170,6 +170,7 @@ class Verdict(Value):
         explanation: Waits and running behaviors at the decision; None for a passed run.
         margin: Least distance of a checked value to its limit, as a share of the limit; negative beyond it. None
             without such a check.
+        requirements: Names of requirements that the scenario covers.
     """
 
     status: RunStatus
@@ -186,6 +187,7 @@ class Verdict(Value):
     unobserved: tuple[str, ...] = ()
     explanation: Explanation | None = None
     margin: float | None = None
+    requirements: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         reason = f" {self.reason!r}" if self.reason else ""

@@ -131,3 +131,31 @@ def test_shards_are_run(seoro_test: Seoro) -> None:
         "scenarios/bad.osc::bad",
         "scenarios/good.osc::good",
     ]
+
+
+def test_requirements_are_listed_with_the_outcomes_of_their_tests(seoro_test: Seoro, folder: Path) -> None:
+    for name, requirement in (("good", "REQ-1, REQ-2"), ("bad", "REQ-2")):
+        file = folder / "scenarios" / f"{name}.osc"
+        file.write_text(file.read_text().replace("scenario ", f"# seoro: requirement {requirement}\nscenario "))
+    (folder / "scenarios" / "test_python.py").write_text(
+        'import pytest\n\n@pytest.mark.requirement("REQ-3")\ndef test_it():\n    pass\n'
+    )
+    (folder / "all.txt").write_text("# all\nREQ-1\nREQ-4\n")
+    (folder / "seoro.toml").write_text('[test]\npaths = ["scenarios"]\nrequirements = "all.txt"\n')
+
+    def states(*arguments: str) -> dict[str, str]:
+        text = seoro_test("--requirements", *arguments).stdout.partition("TESTS\n")[2]
+        lines = (line.partition("  ")[::2] for line in text.splitlines() if line.startswith("REQ"))
+        return {name: rest.strip().partition("  ")[0] for name, rest in lines}
+
+    assert states("-k", "good") == {
+        "REQ-1": "passed", "REQ-2": "passed", "REQ-3": "never run", "REQ-4": "not covered"
+    }  # fmt: skip
+    assert states("-j", "2", "--junit", "out.xml") == {
+        "REQ-1": "passed", "REQ-2": "failed", "REQ-3": "passed", "REQ-4": "not covered"
+    }  # fmt: skip
+    assert states("-k", "test_it")["REQ-2"] == "failed (earlier)"
+    values = [
+        each.get("value") for each in Xml.parse(folder / "out.xml").findall(".//property[@name='requirement']")
+    ]
+    assert sorted(map(str, values)) == ["REQ-1", "REQ-2", "REQ-2", "REQ-3"]

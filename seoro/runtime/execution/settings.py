@@ -40,6 +40,7 @@ class Settings(Value):
         locate: Maps absolute paths of files.
         overrides: Parameters set by the user, by path, as expressions of the language; recorded in the trace.
         constraints: Constraints on parameters set by the user; recorded in the trace.
+        requirements: Names of requirements that the scenario covers; recorded in the trace.
         grace: Time for the clean-up of a cancelled action [s], on the machine's clock.
         version: Version of seoro, recorded in the trace.
         sources: Texts of the scenario, recorded in the trace.
@@ -63,6 +64,7 @@ class Settings(Value):
     locate: Locate = unchanged_path
     overrides: Mapping[str, str] = field(default_factory=dict)
     constraints: Sequence[str] = ()
+    requirements: Sequence[str] = ()
     grace: float = 5.0
     version: str = ""
     sources: Sequence[SourceFile] = ()

@@ -33,6 +33,7 @@ class Case(Value):
         text: Full explanation.
         duration: Duration on the machine's clock [s].
         properties: Further data by name.
+        requirements: Names of requirements that the run covers, each a property `requirement`.
         logs: Last logs.
     """
 
@@ -44,6 +45,7 @@ class Case(Value):
     text: str = ""
     duration: float = 0.0
     properties: Mapping[str, object] = field(default_factory=dict)
+    requirements: Sequence[str] = ()
     logs: Sequence[str] = ()
 
 
@@ -72,6 +74,7 @@ def case_of(verdict: Verdict, parameters: Mapping[str, object], text: str = "") 
             "duration": verdict.duration,
             **{f"parameter.{name}": value for name, value in parameters.items()},
         },
+        requirements=verdict.requirements,
         logs=verdict.logs,
     )
 
@@ -114,9 +117,10 @@ _HEADER = "<?xml version='1.0' encoding='UTF-8'?>\n"
 def _add(case: Case, suite: Xml.Element) -> None:
     attributes = {"name": _clean(case.name), "classname": _clean(case.file), "time": f"{case.duration:.3f}"}
     element = Xml.SubElement(suite, "testcase", attributes)
-    if case.properties:
+    named = [*case.properties.items(), *(("requirement", name) for name in case.requirements)]
+    if named:
         properties = Xml.SubElement(element, "properties")
-        for name, value in case.properties.items():
+        for name, value in named:
             Xml.SubElement(properties, "property", name=_clean(name), value=_clean(str(value)))
     if case.tag is not None:
         found = Xml.SubElement(element, case.tag, message=_clean(case.message), type=case.kind)
