@@ -28,6 +28,7 @@ from seoro.executor.emergency_stop import EmergencyStopSwitch
 from seoro.executor.limits import Policy, check_submission
 from seoro.executor.permissions import vet_endpoint
 from seoro.executor.runs.active_run import OVER
+from seoro.executor.runs.beginnings import Beginnings
 from seoro.executor.runs.dry_run import DryRuns
 from seoro.executor.runs.queue import Queue
 from seoro.executor.runs.records import is_news, list_outputs, read_lines, read_printed, watch_records
@@ -85,6 +86,8 @@ class RequestHandlers:
         self._emergency = emergency
         self._intake = Intake(self._blobs)
         self._submitting = anyio.Lock()  # parts of blobs
+        self._beginnings = Beginnings(store.folder)
+        self._reading = anyio.Lock()  # beginnings of traces
 
     async def carry_out(
         self, verb: Verb[Any, Any], request: Message, send: Callable[[bytes], None]
@@ -203,7 +206,9 @@ class RequestHandlers:
 
     async def list_runs(self, request: wire.ListRuns) -> wire.Runs:
         runs = await self._store.youngest(request.limit, request.prefix)
-        return wire.Runs(runs=tuple(map(self._queue.with_place, runs)))
+        placed = tuple(map(self._queue.with_place, runs))
+        async with self._reading:
+            return wire.Runs(runs=await anyio.to_thread.run_sync(self._beginnings.add_to, placed))
 
     async def _known(self, run: str) -> RunInfo:
         live = self._queue.get(run)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final
 
 import anyio
 import anyio.to_thread
@@ -16,16 +16,12 @@ from seoro.client import Client
 from seoro.client.runs import RemoteRun
 from seoro.concurrency.background import background
 from seoro.errors import BackendError, UsageError
-from seoro.files.inputs import Kind, open_input
-from seoro.runtime.execution.outputs import TRACE
-from seoro.traces.edges import read_robots, read_start
 from seoro.ui.registry import Known, Run, RunRegistry, Status, remote_id
 
 PERIOD: Final = 0.5  # [s] between requests for the list of runs
 RETRY: Final = 3.0  # [s] between attempts to connect
 PATIENCE: Final = 3.0  # [s] for answers
 MOST_RUNS: Final = 1000  # of an executor, the latest ones
-_Beginning: TypeAlias = tuple[str, tuple[str, ...]]  # scenario and robots of a run
 _LATEST: Final = 50  # runs of most requests
 _ALL: Final = 20  # requests, of which one is for all runs
 NO_EXECUTOR: Final = "no executor answers"
@@ -49,7 +45,6 @@ class Executors:
         keys: Folder of keys; None for that of the environment or of the user.
         shown: Names of executors for people, where they differ.
         is_chosen: Whether the user chose the endpoint, and wants to know its problems.
-        folder: Folder of the executor, if it is that of the site.
 
     Attributes:
         endpoint: The endpoint, or None.
@@ -70,7 +65,6 @@ class Executors:
         shown: Mapping[str, str],
         *,
         is_chosen: bool = True,
-        folder: Path | None = None,
     ) -> None:
         self.endpoint = endpoint
         self.is_chosen = is_chosen
@@ -82,7 +76,6 @@ class Executors:
         self.tried = anyio.Event()
         self.on_change: Callable[[], object] = lambda: None
         self._keys = keys
-        self._folder = folder
         self._shown = shown
 
     def shown(self, name: str) -> str:
@@ -136,41 +129,24 @@ class Executors:
         place = self.shown(name)
         known = {each.run.id: each.run for each in registry.all() if each.run.place == place}
         runs = await client.runs(name, MOST_RUNS if is_whole else _LATEST)
-        beginnings = await anyio.to_thread.run_sync(self._beginnings, known, runs)
-        found = [Known(describe(run, place, *each), run) for run, each in zip(runs, beginnings, strict=True)]
+        found = [Known(describe(run, place, _named(known.get(remote_id(run.id)))), run) for run in runs]
         registry.update(found, known.keys() - {each.run.id for each in found} if is_whole else ())
 
-    def _beginnings(self, known: Mapping[str, Run], runs: Sequence[RemoteRun]) -> list[_Beginning]:
-        """Return the names of scenarios and robots, which executors do not report; empty for unknown ones."""
-        return [self._beginning(known.get(remote_id(run.id)), run) for run in runs]
 
-    def _beginning(self, before: Run | None, run: RemoteRun) -> _Beginning:
-        noted: _Beginning = ("", ()) if before is None else (before.scenario, before.robots)
-        if self._folder is None or all(noted) or (before is not None and before.status.is_final):
-            return noted
-        try:
-            with open_input(self._folder / "runs" / run.id / TRACE, Kind.TRACE) as file:
-                start = read_start(file)
-                return noted if start is None else (str(start.get("scenario", "")), read_robots(file, start))
-        except OSError:
-            return noted  # it has not started
-
-
-def describe(run: RemoteRun, place: str, scenario: str = "", robots: tuple[str, ...] = ()) -> Run:
+def describe(run: RemoteRun, place: str, scenario: str = "") -> Run:
     """Describe a run of an executor.
 
     Args:
         run: The run.
         place: Name of its executor for people.
-        scenario: Name of its scenario; empty if unknown.
-        robots: Names of its robots; empty if unknown.
+        scenario: Name of its scenario until the executor reports it; empty if unknown.
     """
     info = run.info
     return Run(
         id=remote_id(run.id),
         place=place,
         kind="executor",
-        scenario=scenario,
+        scenario=info.scenario or scenario,
         file=info.file,
         status=_STATUSES[info.state],
         reason=info.reason,
@@ -178,8 +154,12 @@ def describe(run: RemoteRun, place: str, scenario: str = "", robots: tuple[str, 
         started=info.started,
         ended=info.ended,
         by=info.by,
-        robots=robots,
+        robots=info.robots,
         waits=info.waits,
         position=info.place,
         may_stop=not info.state.is_final,
     )
+
+
+def _named(before: Run | None) -> str:
+    return "" if before is None else before.scenario

@@ -64,7 +64,7 @@ async def provide_own(state: Path, places: Places, registry: RunRegistry, rights
 async def _run_own(state: Path, places: Places, registry: RunRegistry, rights: Rights) -> None:
     """Provide the executor of this machine, until its process ends."""
     async with private_executor(state, is_trusted=rights.is_owner) as started:
-        own = Executors(started.endpoint, None, {NAME: SHOWN}, folder=started.folder)
+        own = Executors(started.endpoint, None, {NAME: SHOWN})
         places.add(own)
         try:
             async with background() as tasks:

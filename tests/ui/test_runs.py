@@ -57,6 +57,7 @@ def test_a_run_of_an_executor_is_followed_and_stopped(
 ) -> None:
     run = "x" + submitted(lab, LONG, tmp_path)
     browser.run(lambda each: each["id"] == run and each["status"] == "running" and each["mayStop"])
+    browser.run(lambda each: each["id"] == run and each["scenario"] == "long")
     with browser.socket(f"/api/run/{run}") as socket:
         assert next_frame(socket)[0]["first"]
         assert browser.post(f"/api/run/{run}/stop", {"reason": "enough"}).status_code == 200

@@ -251,6 +251,8 @@ class RunInfo(ExecutorMessage):
     waits: str = ""  # robots that it waits for, and their holders
     trace: str = ""  # SHA-256 of its whole trace; empty if unknown, or before its end
     is_wanted: bool = False  # whether other runs wait for the slot of this worker of a campaign
+    scenario: str = ""  # name of the scenario, in lists only; empty if unknown
+    robots: tuple[str, ...] = ()  # names of its first robots, in lists only
 
 
 class Runs(ExecutorMessage):
