@@ -9,11 +9,14 @@ from collections.abc import Iterator, Sequence
 from seoro.cli.arguments import TEXT, add_option, add_output_format
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, find_files, named_source
+from seoro.cli.fixing import code_set, fix_file, is_chosen
 from seoro.cli.output import use_colour
 from seoro.embed.contradictions import find_contradictions
 from seoro.embed.scenarios import check_file
+from seoro.errors import UsageError
 from seoro.lang.diagnostic import Diagnostic, Severity
 from seoro.lang.explain import explanations
+from seoro.lang.lint.linter import with_lints
 from seoro.lang.render import render_text, to_json
 from seoro.text.findings import Finding, formatted
 
@@ -21,6 +24,7 @@ EXAMPLES = """examples:
   seoro check maze.osc
   seoro check --strict scenarios/
   seoro check --output-format github scenarios/
+  seoro check --fix --ignore E0702,E0703 scenarios/
 
 exit status: 0 without errors, 2 with errors"""
 
@@ -32,6 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_output_format(parser)
     add_option(parser, "--strict", "also report extensions to the standard")
+    add_option(parser, "--select CODES", "report only these codes of warnings, such as E0704,E0702", type=code_set)
+    add_option(
+        parser, "--ignore CODES", "do not report these codes of warnings", type=code_set, default=frozenset()
+    )
+    add_option(parser, "--fix", "delete unused imports and `noqa` comments without effect, then check")
+    add_option(parser, "--diff", "with --fix: write nothing, and print a diff")
     add_option(
         parser, "--no-import", "do not import (and thereby run) Python modules of libraries and external methods"
     )
@@ -39,8 +49,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
+    if options.diff and not options.fix:
+        raise UsageError("`--diff` without `--fix`", help="write `seoro check --fix --diff`")
     files = find_files(options.files)
-    found = _once(_check(files, strict=options.strict, import_python=not options.no_import))
+    if options.fix:
+        changed = [file for file in files if fix_file(file, options)]
+        if options.diff:
+            return Exit.FAILED if changed else Exit.PASSED
+    checked = _check(files, strict=options.strict, import_python=not options.no_import)
+    found = _once(each for each in checked if is_chosen(each, options))
     if options.output_format != TEXT:
         diagnostics = list(found)
         titles = {each.code: each.title for each in explanations()}
@@ -55,7 +72,7 @@ def _check(files: Sequence[str], *, strict: bool, import_python: bool) -> Iterat
     for file in files:
         path, read = named_source(file)
         scenario = check_file(path, strict=strict, import_python=import_python, read=read)
-        yield from scenario.checked.diagnostics
+        yield from with_lints(scenario.checked)
         if import_python:  # external methods may decide about constraints
             yield from find_contradictions(scenario)
 

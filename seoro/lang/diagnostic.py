@@ -41,7 +41,8 @@ class Diagnostic(Value):
     Args:
         severity: Error or warning.
         code: A code like `E0312`. The first two digits denote the phase: 01 syntax, 02 names and imports,
-            03 types, 04 behaviors and instantiation, 05 coverage and runs, 06 Python, 09 unsupported constructs.
+            03 types, 04 behaviors and instantiation, 05 coverage and runs, 06 Python. 07 denotes suspicious code,
+            and 09 unsupported constructs.
         message: One line, without a full stop.
         primary: Its span, with a remark that may be empty.
         secondary: Other spans that explain it.

@@ -22,6 +22,7 @@ PHASES: Final = {
     "E04": "Behaviors and instantiation",
     "E05": "Coverage and runs",
     "E06": "Python",
+    "E07": "Suspicious code",
 }
 _CODE: Final = re.compile(r"E\d{4}")
 _TEXT: Final = re.compile(

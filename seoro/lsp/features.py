@@ -20,6 +20,7 @@ from seoro.lsp.items import Item
 from seoro.lsp.meaning import name_of
 from seoro.lsp.outline import Outline, declared, folds, kind_of
 from seoro.lsp.rename_check import check_collisions
+from seoro.lsp.reports import fixes
 from seoro.lsp.server import SeoroServer
 from seoro.lsp.signatures import signature_at
 
@@ -205,6 +206,22 @@ def _answer_about_files(server: SeoroServer) -> None:
             raise _refusal(f"it has errors: {invalid.diagnostics[0].message}") from None
         whole = Span(file, 0, len(file.text))
         return [lsp.TextEdit(server.positions.range(whole), text)] if text != file.text else []
+
+    @server.feature(lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix]))
+    async def on_code_action(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        analysis = await server.analysis(params.text_document.uri)
+        first, last = params.range.start.line, params.range.end.line
+        return [
+            lsp.CodeAction(
+                f"Fix {found.code}: {found.message}",
+                lsp.CodeActionKind.QuickFix,
+                edit=lsp.WorkspaceEdit(
+                    {params.text_document.uri: [lsp.TextEdit(server.positions.range(section), "")]}
+                ),
+            )
+            for found, section in fixes(analysis)
+            if first <= found.primary.span.line - 1 <= last
+        ]
 
 
 # ---------------------------------------------------------------- shared

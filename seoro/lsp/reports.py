@@ -8,6 +8,8 @@ from pathlib import Path
 from lsprotocol import types as lsp
 
 from seoro.lang.diagnostic import Diagnostic, Label, Severity
+from seoro.lang.lint.fixes import UNNECESSARY, deletion
+from seoro.lang.lint.linter import with_lints
 from seoro.lang.source import Span
 from seoro.lsp.analysis import Analysis
 from seoro.lsp.documents import Documents
@@ -41,8 +43,17 @@ def reports(
     return [_shown(diagnostic, own, documents, positions) for diagnostic in unique.values()]
 
 
+def fixes(analysis: Analysis) -> Iterator[tuple[Diagnostic, Span]]:
+    """Yield the warnings of a document with safe fixes, and the sections to delete."""
+    for diagnostic in _found_in(analysis.path, analysis):
+        section = deletion(diagnostic)
+        if section is not None:
+            yield diagnostic, section
+
+
 def _found_in(path: Path, analysis: Analysis) -> Iterator[Diagnostic]:
-    for diagnostic in analysis.checked.diagnostics:
+    is_entry = analysis.module is analysis.checked.sources.entry  # libraries have no lints
+    for diagnostic in with_lints(analysis.checked) if is_entry else analysis.checked.diagnostics:
         if analysis.files.path_of(diagnostic.primary.span.file) == path:
             yield diagnostic
 
@@ -64,6 +75,7 @@ def _shown(
         _SEVERITIES[diagnostic.severity],
         diagnostic.code,
         source=SOURCE,
+        tags=[lsp.DiagnosticTag.Unnecessary] if diagnostic.code in UNNECESSARY else None,
         related_information=related,
     )
 

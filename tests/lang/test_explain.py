@@ -94,7 +94,8 @@ def test_the_right_example_of_an_explanation_has_no_errors(
     files = {**example.files, **example.right_files}
     status, message = run(tmp_path, example.right, files, example.right_command, capsys)
     assert status == 0, message
-    assert "[E" not in message
+    is_lint = code.startswith("E07")  # other examples show declarations without using them
+    assert not [found for found in re.findall(r"\[(E\d{4})\]", message) if is_lint or not found.startswith("E07")]
 
 
 @pytest.mark.parametrize("code", OWN)

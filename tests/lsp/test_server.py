@@ -139,6 +139,20 @@ async def test_formatting_changes_the_layout_only(editor: Editor) -> None:
     editor.close("format.osc")
 
 
+async def test_suspicious_code_is_marked_and_fixed(editor: Editor) -> None:
+    text = "import osc.types\nimport osc.helpers\n\nscenario main:\n    do wait elapsed(1s)\n"
+    [found] = await editor.shown("suspicious.osc", text)
+    assert (found["code"], found["severity"], found["tags"]) == ("E0704", 2, [1])
+    where = {"textDocument": {"uri": editor.uri("suspicious.osc")}, "context": {"diagnostics": [found]}}
+    [action] = await editor.ask("textDocument/codeAction", {**where, "range": found["range"]})
+    [edit] = action["edit"]["changes"][editor.uri("suspicious.osc")]
+    assert edit["newText"] == ""
+    assert edit["range"] == {"start": {"line": 1, "character": 0}, "end": {"line": 2, "character": 0}}
+    elsewhere = {"start": {"line": 3, "character": 0}, "end": {"line": 3, "character": 0}}
+    assert await editor.ask("textDocument/codeAction", {**where, "range": elsewhere}) == []
+    editor.close("suspicious.osc")
+
+
 async def test_a_new_document_needs_no_file(editor: Editor) -> None:
     document = {"uri": "untitled:Untitled-1", "languageId": "osc", "version": 1, "text": "struct a:\n    x: no\n"}
     editor.notify("textDocument/didOpen", {"textDocument": document})

@@ -4,8 +4,8 @@ Each message is a function: it fills the texts, and returns the `Diagnostic`. A 
 message, as suggestions are slow to find. The folder imports `source`, `diagnostic` and the tables of `habits`.
 
 The phases: `syntax` (E01), `imports` and `names` (E02), `types` and `methods` (E03), `behaviors`, `events` and
-`modifiers` (E04), `coverage` (E05), `bindings` to Python (E06). Modules are loaded on first use, as most scenarios
-cause no message.
+`modifiers` (E04), `coverage` (E05), `bindings` to Python (E06), `suspicious` (E07). Modules are
+loaded on first use, as most scenarios cause no message.
 """
 
 from __future__ import annotations
@@ -16,7 +16,19 @@ from types import ModuleType
 from typing import Any, Final
 
 _PHASES: Final = frozenset(
-    {"syntax", "imports", "names", "types", "methods", "behaviors", "events", "modifiers", "coverage", "bindings"}
+    {
+        "syntax",
+        "imports",
+        "names",
+        "types",
+        "methods",
+        "behaviors",
+        "events",
+        "modifiers",
+        "coverage",
+        "bindings",
+        "suspicious",
+    }
 )
 MAX_CANDIDATES = 500  # compared for a suggestion
 

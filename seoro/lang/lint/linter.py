@@ -1,0 +1,41 @@
+"""Entry point: warnings about the entry file of a check."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from seoro.lang.check.checker import Checked
+from seoro.lang.diagnostic import Diagnostic
+from seoro.lang.lint.flow import suspicious_members
+from seoro.lang.lint.names import unused_imports, unused_members
+from seoro.lang.lint.noqa import apply_suppressions
+from seoro.lang.lint.words import read_words
+from seoro.lang.symbols import Kind
+
+
+def with_lints(checked: Checked) -> list[Diagnostic]:
+    """Return the diagnostics of a check and the lints; comments may suppress warnings.
+
+    Files with errors have no lints, since names may lack their meaning. Imported files have lints when they are
+    checked themselves.
+    """
+    if checked.errors:
+        return list(checked.diagnostics)
+    lints = sorted(_lints(checked), key=lambda found: found.primary.span.start)
+    users = [module.file for module in checked.sources.modules if module.library is None]
+    return apply_suppressions([*checked.diagnostics, *lints], users, checked.sources.entry.file)
+
+
+def _lints(checked: Checked) -> Iterator[Diagnostic]:
+    sources = checked.sources
+    users = [module.file for module in sources.modules if module.library is None]
+    words = read_words(users)
+    if checked.scenarios:  # else its imports may be for files that import it
+        own = words if len(users) == 1 else read_words([sources.entry.file])
+        yield from unused_imports(checked, own.counts.keys())
+    for symbol in checked.program.behaviors.values():
+        if symbol.kind is Kind.SCENARIO and symbol.span.file is sources.entry.file:
+            yield from unused_members(checked, symbol, words.counts)
+            for part in symbol.parts:
+                members = tuple(found for found in part.members if found.span.file is sources.entry.file)
+                yield from suspicious_members(checked, symbol, members, words.emitted)
