@@ -64,6 +64,21 @@ def test_imports_are_used_by_the_names_that_they_declare(
     assert capsys.readouterr().err == ""
 
 
+def test_shadowed_names_are_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    crate = "struct crate:\n    size: int = 1\n    def grown(size: int) -> int is expression size + 1\n"
+    main_ = "scenario main:\n    pace: int = 4\n    keep(pace > 1)\n    do emit end\n"
+    text = f"global pace: int = 3\n\n{crate}\n{main_}"
+    assert codes_of(text, tmp_path, capsys) == [(5, "E0710"), (8, "E0710")]
+    assert (
+        codes_of(
+            text.replace("global pace", "global rate").replace("(size", "(by").replace("size + 1", "by + 1"),
+            tmp_path,
+            capsys,
+        )
+        == []
+    )
+
+
 def test_files_with_errors_have_no_lints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "a.osc"
     file.write_text(BASE + "    event go\n    do nothing_known()  # noqa\n")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from seoro.lang.diagnostic import Diagnostic, warning
+from seoro.lang.diagnostic import Diagnostic, Label, warning
+from seoro.lang.frozen import replaced
 from seoro.lang.source import Span
 
 UNUSED_PARAMETER: Final = "E0702"
@@ -50,6 +51,12 @@ def impossible_timeout(span: Span, limit: float, needed: float) -> Diagnostic:
     """A timeout below the sum of the fixed times within it; both in seconds."""
     hint = f"expected more than {needed:g} s: the sum of `wait elapsed(...)` within it"
     return warning("E0707", span, f"the timeout of {limit:g} s always expires", hint)
+
+
+def shadowed(span: Span, name: str, hidden: Span) -> Diagnostic:
+    """A name that hides a global parameter, or a parameter of a method that hides a field."""
+    found = warning("E0710", span, f"`{name}` hides another declaration", "rename one of them")
+    return replaced(found, secondary=(Label(hidden, "hidden here"),))
 
 
 def unknown_suppression(span: Span, code: str, hint: str) -> Diagnostic:

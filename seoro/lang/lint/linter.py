@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from seoro.lang.check.checker import Checked
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.lint.flow import suspicious_members
-from seoro.lang.lint.names import unused_imports, unused_members
+from seoro.lang.lint.names import shadowing_names, unused_imports, unused_members
 from seoro.lang.lint.noqa import apply_suppressions
 from seoro.lang.lint.words import read_words
 from seoro.lang.symbols import Kind
@@ -30,6 +30,7 @@ def _lints(checked: Checked) -> Iterator[Diagnostic]:
     sources = checked.sources
     users = [module.file for module in sources.modules if module.library is None]
     words = read_words(users)
+    yield from shadowing_names(checked)
     if checked.scenarios:  # else its imports may be for files that import it
         own = words if len(users) == 1 else read_words([sources.entry.file])
         yield from unused_imports(checked, own.counts.keys())

@@ -46,6 +46,26 @@ def unused_members(checked: Checked, scenario: TypeSymbol, words: Counter[str]) 
             yield messages.unused_event(event.span, event.text)
 
 
+def shadowing_names(checked: Checked) -> Iterator[Diagnostic]:
+    """Yield warnings about names of the entry file that hide another declaration of a user.
+
+    Fields hide global parameters, and parameters of methods hide fields.
+    """
+    file = checked.sources.entry.file
+    users = {module.file for module in checked.sources.modules if module.library is None}
+    shared = {found.text: found for found in checked.program.globals.values() if found.span.file in users}
+    for symbol in checked.program.structured():
+        for field in symbol.fields.values():
+            if field.text in shared and field.span.file is file:
+                yield messages.shadowed(field.span, field.text, shared[field.text].span)
+        own = [method for method in symbol.methods.values() if method.span.file is file]
+        fields = {field.text: field for field in symbol.inventory.fields.values()} if own else {}
+        for method in own:
+            for parameter in method.parameters.values():
+                if parameter.text in fields and fields[parameter.text].span.file in users:
+                    yield messages.shadowed(parameter.span, parameter.text, fields[parameter.text].span)
+
+
 def unused_imports(checked: Checked, words: Set[str]) -> Iterator[Diagnostic]:
     """Yield warnings about imports of which the entry file uses no name.
 
