@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import subprocess
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import anyio
 import pytest
 
 from tests.bridges.ros2.genuine.conftest import DEADLINE, Ros2
-from tests.bridges.ros2.genuine.steering import steered
+from tests.bridges.ros2.genuine.steering import SteeredNode, steered
 from tests.bridges.ros2.genuine.test_commands import SEORO
 
 pytestmark = [pytest.mark.anyio, pytest.mark.ros2]
@@ -36,10 +37,16 @@ def frame(parent: str, child: str, x: float) -> dict[str, Any]:
     return {"transforms": [{"header": {"frame_id": parent}, "child_frame_id": child, "transform": transform}]}
 
 
-async def until(trace: Path, text: str) -> None:
-    """Wait until a trace contains a text."""
+async def published_until(
+    genuine: SteeredNode, topic: str, message: dict[str, Any], trace: Path, text: str
+) -> None:
+    """Publish a message repeatedly, as robots do, until a trace contains a text.
+
+    A subscription is known by the router earlier than by the publisher, whose first messages may reach nobody.
+    """
     with anyio.fail_after(DEADLINE):
         while not trace.exists() or text not in trace.read_text():
+            await genuine.ask("publish", topic=topic, messages=[message])
             await anyio.sleep(0.1)
 
 
@@ -52,23 +59,26 @@ async def test_a_run_records_a_robot_by_odometry_and_then_in_the_map(
     command = [*SEORO, "exec", str(tmp_path / "main.osc"), "--ros", router, "-o", str(out), "--report"]
     async with steered(ros2, router) as genuine:
         await genuine.ask("publisher", topic="/odom", type=ODOMETRY, reliability="best_effort")
-        async with await anyio.open_process(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as run:
+        run = await anyio.open_process(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
             with anyio.fail_after(DEADLINE):
                 while (await genuine.ask("matched", topic="/odom"))["subscriptions"] < 1:
                     await anyio.sleep(0.05)
             for step in range(3):
-                await genuine.ask("publish", topic="/odom", messages=[odometry(step / 4)])
-                await until(trace, f'{{"rover": [{step / 4},')
+                await published_until(genuine, "/odom", odometry(step / 4), trace, f'{{"rover": [{step / 4},')
             await genuine.ask("publisher", topic="/tf", type=TF, depth=100)
             with anyio.fail_after(DEADLINE):
                 while (await genuine.ask("matched", topic="/tf"))["subscriptions"] < 1:
                     await anyio.sleep(0.05)
-            await genuine.ask("publish", topic="/tf", messages=[frame("map", "odom", 7.0)])
-            await until(trace, '{"rover": [7.5,')
+            await published_until(genuine, "/tf", frame("map", "odom", 7.0), trace, '{"rover": [7.5,')
             await genuine.ask("publisher", topic="/go", type=STRING, durability="transient_local", depth=1)
             await genuine.ask("publish", topic="/go", messages=[{"data": "go"}])
             with anyio.fail_after(DEADLINE):
                 assert await run.wait() == 0
+        finally:
+            with suppress(ProcessLookupError):
+                run.kill()
+            await run.aclose()
     records = [json.loads(line) for line in trace.read_text().splitlines()]
     entities = [record["entity"] for record in records if record["kind"] == "entity"]
     robot = {"name": "rover", "kind": "robot", "real": True, "shapes": []}
