@@ -16,12 +16,17 @@ from seoro.runtime.verdict import Cancelled, ItemCoverage, RunStatus, Verdict
 from seoro.text.printable import printable
 
 if TYPE_CHECKING:
+    import asyncio
+
+    from seoro.cli.quiet_line import QuietLine
     from seoro.lang.diagnostic import Diagnostic
 
 _FALLBACK = 80  # columns
 _QUIET = {"serial", "parallel", "one_of", "scenario", "wait", "emit"}  # only actions are printed
 
 _MAX_ITEMS = 20  # of coverage and of clean-ups, on the terminal
+_SHORT = 1.0  # [s] of the machine's clock; longer runs show what goes on while they are quiet
+_RECENT = 5.0  # [s] of the run's clock, for the distance to a goal
 _NOTICED = 0.1  # [s], shortest clean-up that is printed
 _MAX_LINES = 100_000  # buffered for a stopped terminal, or a pipe without a reader
 
@@ -156,12 +161,18 @@ class Progress:
         self._running: dict[int, tuple[str, float]] = {}
         self._left_out = 0
         self._recovered: dict[str, int] = {}
+        self._left: dict[str, tuple[float, float]] = {}  # time and distance to the goal [m], by robot
+        self._actions: dict[int, str] = {}  # running ones
+        self._quiet: QuietLine | None = None
+        self._starting: asyncio.TimerHandle | None = None
 
     def record(self, record: dict[str, Any]) -> None:
         """Print a record of the trace."""
         match record["kind"]:
             case "behavior.start" if record["type"] not in _QUIET:
                 self._running[record["id"]] = (record["name"], record["t"])
+                if record["type"] == "action":
+                    self._actions[record["id"]] = record["name"]
                 if record["name"] != "log":
                     self._line(record["t"], "", ">", record["name"])
             case "behavior.end" if record["id"] in self._running:
@@ -175,10 +186,11 @@ class Progress:
                 self._recoveries(record)
 
     def _recoveries(self, record: dict[str, Any]) -> None:
-        """Print a line if a robot has recovered since its last navigation feedback."""
+        """Note the distance to the goal, and print a line if a robot has recovered since its last feedback."""
         robot, count = record["arguments"]["robot"], record["arguments"]["number_of_recoveries"]
+        left = record["arguments"]["distance_remaining"]
+        self._left[robot] = (record["t"], left)
         if count > self._recovered.get(robot, 0):
-            left = record["arguments"]["distance_remaining"]
             self._line(
                 record["t"], _RED, "!", f"{robot} was blocked and is recovering, {left:.1f} m from its goal"
             )
@@ -186,6 +198,7 @@ class Progress:
 
     def _end(self, record: dict[str, Any]) -> None:
         name, started = self._running.pop(record["id"])
+        self._actions.pop(record["id"], None)
         if name == "log":
             return
         mark, style = _MARKS[record["status"]]
@@ -208,21 +221,51 @@ class Progress:
         if self._left_out:
             text = f"... skipped {self._left_out} lines: the terminal was too slow\n{text}"
             self._left_out = 0
+        self._put(f"{self._quiet.prefix() if self._quiet is not None else ''}{text}\n")
+
+    def _put(self, text: str) -> None:
         with suppress(OSError):
-            self._writer.put(text + "\n")
+            self._writer.put(text)
+
+    def _quiet_text(self, now: float) -> str:
+        """Return the time, running actions, and recent distances to goals."""
+        names = dict.fromkeys(self._actions.values())
+        if not names:
+            return f"{now:9.3f} s  waiting"
+        recent = {robot: left for robot, (moment, left) in self._left.items() if now - moment < _RECENT}
+        goals = "".join(f"; {robot}: {left:.1f} m left" for robot, left in recent.items())
+        return printable(f"{now:9.3f} s  {', '.join(names)}{goals}")
 
     def print_output(self, line: str) -> None:
         """Print a line of output of the process of the run."""
         self.print_line(printable(line))
 
     def set_clock(self, clock: Callable[[], float]) -> None:
-        """Do nothing: lines have the times of their records."""
+        """Show what goes on whenever the run prints nothing for a while."""
+        import asyncio  # noqa: PLC0415 - loaded by then, unlike in commands that run nothing
+
+        self._stop_quiet()
+        self._starting = asyncio.get_running_loop().call_later(_SHORT, self._start_quiet, clock)
+
+    def _start_quiet(self, clock: Callable[[], float]) -> None:
+        from seoro.cli.quiet_line import QuietLine  # noqa: PLC0415 - for longer runs
+
+        self._quiet = QuietLine(self._put, self._quiet_text, is_terminal(self._file), terminal_columns())
+        self._quiet.start(clock)
+
+    def _stop_quiet(self) -> None:
+        if self._starting is not None:
+            self._starting.cancel()
+        if self._quiet is not None:
+            self._quiet.stop()
 
     async def end_of_run(self) -> None:
-        """Do nothing: later lines are printed like those before."""
+        """Show no more what goes on; later lines are printed like those before."""
+        self._stop_quiet()
 
     async def finish(self) -> None:
         """Wait until all output is printed."""
+        self._stop_quiet()
         try:
             await self._writer.finish()
         except OSError:
