@@ -98,6 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_places(each)
     status = add_command(commands, "status", "show how far a campaign is")
     status.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
+    add_option(status, "--json", "print one JSON object")
     report = add_command(commands, "report", "write the results again: report.html, runs.csv, test.xml")
     report.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     add_coverage(commands)
@@ -109,7 +110,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     if options.what == "status":
-        print_status(options.folder)
+        print_status(options.folder, as_json=options.json)
         return Exit.PASSED
     if options.what == "coverage":
         return print_coverage(options)

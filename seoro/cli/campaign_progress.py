@@ -20,6 +20,7 @@ from seoro.campaign.store.batches import read_batches
 from seoro.campaign.store.folder import LOCK, CampaignFile, read_campaign, read_rows
 from seoro.cli.campaign_stopping import rate_text
 from seoro.cli.output import is_terminal
+from seoro.cli.results import print_json
 from seoro.files.written_files import written_files
 
 PERIOD: Final = 10.0  # [s] between lines, without a terminal
@@ -120,7 +121,7 @@ def seeds_text(campaign: CampaignFile) -> str:
     return f"seed {campaign.seed}" if campaign.repeat == 1 else f"seeds {campaign.seed} to {last}"
 
 
-def print_status(folder: Path) -> None:
+def print_status(folder: Path, *, as_json: bool = False) -> None:
     """Print how far a campaign is, and its pace while a process carries it out."""
     starts: list[str] = []
     runs_on = bool(written_files({folder / LOCK}))
@@ -130,6 +131,21 @@ def print_status(folder: Path) -> None:
         state.record_batch(batch)
         ids.add(batch.column("id"))
         starts = nlargest(LATEST, chain(starts, batch.column("started"))) if runs_on else []
+    if as_json:
+        stop = state.watch.stop
+        ends = {end.value: count for end, count in state.tally.ends.items()}
+        print_json(
+            {
+                "scenario": campaign.manifest.shown,
+                "runs": state.tally.runs,
+                "planned": campaign.runs,
+                "ends": ends,
+                "is_running": runs_on,
+                "is_complete": state.is_complete,
+                "stopped": None if stop is None else stop.reason,
+            }
+        )
+        return
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
     counts = f"{state.tally.runs:,}{of} runs: {state.tally.text}"
     pace = _latest_pace(state, starts)

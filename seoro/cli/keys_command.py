@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from seoro.cli.arguments import add_command, add_keys_argument, add_option, number
 from seoro.cli.remote_arguments import add_executor_argument
+from seoro.cli.results import print_json
 from seoro.cli.tables import table
 from seoro.security.keys import VARIABLE
 from seoro.security.keys.folder import KeyFolder, chosen_folder, default_folder
@@ -48,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     revoke = add_command(what, "revoke", "revoke an identity")
     revoke.add_argument("name", metavar="NAME", help="name of the identity")
     listing = add_command(what, "list", "list all identities")
+    add_option(listing, "--json", "print one JSON object")
     audit = add_command(what, "audit", "verify that the audit log of an executor or a node was not altered")
     audit.add_argument("file", type=Path, metavar="FILE", help="audit.jsonl in the folder of the executor")
     publish = add_command(what, "publish", "send the revocation list to executors (admins only)")
@@ -96,7 +98,7 @@ def run(options: argparse.Namespace) -> None:
             print("(for executors, `seoro keys publish` does so)")
             print("to revoke an executor or a node, copy it to the keys of clients, too")
         case "list":
-            _list(open_authority(folder))
+            _list(open_authority(folder), as_json=options.json)
 
 
 def _issue(authority: Authority, options: argparse.Namespace) -> None:
@@ -132,7 +134,26 @@ def _publish(executor: str | None, revoked: Path) -> None:
     print(f"sent the revocation list to {', '.join(anyio.run(publish))}")
 
 
-def _list(authority: Authority) -> None:
+def _list(authority: Authority, *, as_json: bool) -> None:
+    if as_json:
+        print_json(
+            {
+                "lab": authority.lab,
+                "identities": [
+                    {
+                        "name": identity.name,
+                        "role": identity.role.value,
+                        "slot": str(identity.slot),
+                        "ends": identity.ends.isoformat(),
+                        "state": "revoked" if issued.is_revoked else _state(identity),
+                        "hosts": list(identity.hosts),
+                    }
+                    for issued in authority.issued()
+                    for identity in [issued.identity]
+                ],
+            }
+        )
+        return
     rows = [("NAME", "ROLE", "SLOT", "UNTIL", "STATE", "HOSTS")]
     for issued in authority.issued():
         identity = issued.identity

@@ -45,7 +45,7 @@ class QuietLine:
             self._timer = None
 
     def prefix(self) -> str:
-        """Note that a line is printed; return what has to be written in front of it."""
+        """Note that a line is printed; return the text in front of it, which erases a shown line."""
         self._last = time.monotonic()
         shown, self._is_shown = self._is_shown, False
         return ERASE if shown else ""

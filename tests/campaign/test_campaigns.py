@@ -196,6 +196,11 @@ def test_the_status_of_a_running_campaign_has_its_pace(
     complete = capsys.readouterr().out
     assert "6 of 6 runs: 6 passed" in complete and "%" in complete
     assert "valid at any time" not in complete and "left" not in complete
+    assert main(["campaign", "status", "out", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {
+        "scenario": "main.osc", "runs": 6, "planned": 6, "ends": {"passed": 6},
+        "is_running": False, "is_complete": True, "stopped": None,
+    }  # fmt: skip
     [shard] = shards_of(Path("out"))
     shard.write_text("".join(shard.read_text().splitlines(keepends=True)[:-1]))
     with Path("out/lock").open("w") as lock:

@@ -1,5 +1,6 @@
 """`seoro keys`: what people see of it."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -31,6 +32,11 @@ def test_a_lab_gets_its_keys(home: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert [line.split()[0] for line in lines[2:]] == ["anna", "anna", "lab-a"]
     assert "revoked" in lines[2]
     assert "lab-a.example.org" in lines[4]
+    assert main(["keys", "list", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    states = [(each["name"], each["state"]) for each in found["identities"]]
+    assert states == [("anna", "revoked"), ("anna", "revoked"), ("lab-a", "valid")]
+    assert "lab-a.example.org" in found["identities"][2]["hosts"]
     assert {path.name for path in Path("for-anna").iterdir()} == {
         "ca.crt", "identity.crt", "identity.key", "revoked.crl"
     }  # fmt: skip

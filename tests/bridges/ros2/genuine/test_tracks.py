@@ -42,7 +42,7 @@ async def published_until(
 ) -> None:
     """Publish a message repeatedly, as robots do, until a trace contains a text.
 
-    A subscription is known by the router earlier than by the publisher, whose first messages may reach nobody.
+    The router knows a subscription earlier than the publisher does, whose first messages may be lost.
     """
     with anyio.fail_after(DEADLINE):
         while not trace.exists() or text not in trace.read_text():
