@@ -15,7 +15,7 @@ SIM ?= mujoco
 ROUNDS ?= 25
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all test-more test-ros2 chaos lint format goldens docs man pictures ui editors bench experiment-localisation experiment-engines clean
+.PHONY: help install demo test test-all test-more test-ros2 chaos lint format goldens docs dist man pictures ui editors bench experiment-localisation experiment-engines clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -86,6 +86,11 @@ goldens: $(VENV)/.dev  ## rewrite the golden files of tests; review the differen
 docs: $(VENV)/.docs  ## build the documentation in build/docs; broken links and other warnings are errors
 	@$(BIN)/python -m sphinx -q -W --keep-going -b html -d build/doctrees docs build/docs
 	@echo "open build/docs/index.html"
+
+dist: $(VENV)/.dev  ## build wheel and sdist in dist/; the same commit gives the same bytes
+	@rm -rf dist
+	@SOURCE_DATE_EPOCH=$${SOURCE_DATE_EPOCH:-$$(git log -1 --format=%ct)} $(BIN)/python -m hatchling build --directory dist
+	@cd dist && sha256sum *
 
 man: $(VENV)/.dev  ## write manual pages of all commands to build/man
 	@COLUMNS=72 $(BIN)/python docs/man_pages.py build/man

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from enum import Enum
-from typing import Protocol, TypeAlias
+from typing import ClassVar, Protocol, TypeAlias
 
 from seoro.campaign.runs import Point, Row
 from seoro.campaign.space.space import Space
@@ -42,6 +42,9 @@ Batches: TypeAlias = Generator[Sequence[Point], Sequence[Told], None]
 class Strategy(Protocol):
     """Chooses values."""
 
+    helps: ClassVar[Mapping[str, str]]
+    """Descriptions of its options, which are its fields, for the command line."""
+
     @property
     def name(self) -> str:
         """Name, as of `--strategy`."""
@@ -57,10 +60,6 @@ class Strategy(Protocol):
     @property
     def sampling(self) -> Sampling:
         """Relation of its points to the whole space."""
-
-    @property
-    def helps(self) -> Mapping[str, str]:
-        """Descriptions of its options, which are its fields, for the command line."""
 
     def batches(self, space: Space, seed: int) -> Batches:
         """Return the batches of points; refuses axes at once, not with the first batch.

@@ -1,0 +1,1 @@
+"""Distributions as users install them: the wheel, its types, and files for CI services."""
