@@ -8,10 +8,11 @@ import sys
 from pathlib import Path
 
 from seoro.cli.arguments import add_option
-from seoro.cli.exit_status import OF_STATUS, Exit
+from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
-from seoro.cli.output import print_reason, use_colour
+from seoro.cli.output import print_reason
 from seoro.cli.packages import ROS2, require
+from seoro.cli.terminal import use_colour
 from seoro.cli.trace_input import read_records
 from seoro.embed import accept, load
 from seoro.embed import run as run_scenario
@@ -99,7 +100,7 @@ def _accept_bag(options: argparse.Namespace) -> int:
     else:
         print_reason(verdict)
         print(f"not accepted: {options.recorded}, after {verdict.duration:.3f} s of the bag", file=sys.stderr)
-    return OF_STATUS[verdict.status]
+    return Exit.of_run(verdict.status)
 
 
 def _show(acceptance: Acceptance, records: list[Record]) -> None:

@@ -19,8 +19,8 @@ from seoro.campaign.statistics.flaky import RepeatedIds, find_flaky
 from seoro.campaign.store.batches import read_batches
 from seoro.campaign.store.folder import LOCK, CampaignFile, read_campaign, read_rows
 from seoro.cli.campaign_stopping import rate_text
-from seoro.cli.output import is_terminal
 from seoro.cli.results import print_json
+from seoro.cli.terminal import is_terminal
 from seoro.files.written_files import written_files
 
 PERIOD: Final = 10.0  # [s] between lines, without a terminal

@@ -13,7 +13,7 @@ from seoro.campaign.opening import check_unchanged
 from seoro.campaign.store.folder import REPLAYED, TRACE
 from seoro.cli import exec_command
 from seoro.cli.arguments import Commands, Parser, add_command, add_option, option_texts
-from seoro.cli.exit_status import OF_STATUS, Exit
+from seoro.cli.exit_status import Exit
 from seoro.cli.video_arguments import VIEWS, add_video_arguments
 from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
@@ -67,7 +67,7 @@ def _exec(found: FoundRun, options: argparse.Namespace) -> int:
 def _compare_verdicts(found: FoundRun, status: int) -> Exit:
     """Print whether the verdict is that of the campaign."""
     row = found.row
-    is_same = status == OF_STATUS.get(RunStatus(row.status.value))
+    is_same = status == Exit.of_run(RunStatus(row.status.value))
     what = "the same verdict" if is_same else "another verdict"
     print(f"\n{what} as run {row.run}, {row.status.value}; times differ on the real clock", flush=True)
     return Exit.PASSED if is_same else Exit.FAILED

@@ -10,7 +10,7 @@ from seoro.cli.arguments import TEXT, add_option, add_output_format
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, find_files, named_source
 from seoro.cli.fixing import code_set, fix_file, is_chosen
-from seoro.cli.output import use_colour
+from seoro.cli.terminal import use_colour
 from seoro.embed.contradictions import find_contradictions
 from seoro.embed.scenarios import check_file
 from seoro.errors import UsageError

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
-from seoro.runtime.verdict import RunStatus
+if TYPE_CHECKING:
+    from seoro.runtime.verdict import RunStatus
 
 
 class Exit(IntEnum):
@@ -17,10 +19,7 @@ class Exit(IntEnum):
     CANCELLED = 4
     INTERRUPTED = 130  # by Ctrl-C
 
-
-OF_STATUS = {
-    RunStatus.PASSED: Exit.PASSED,
-    RunStatus.FAILED: Exit.FAILED,
-    RunStatus.ERROR: Exit.ERROR,
-    RunStatus.CANCELLED: Exit.CANCELLED,
-}
+    @classmethod
+    def of_run(cls, status: RunStatus) -> Exit:
+        """Return the exit status for the status of a run; both have the same names."""
+        return cls[status.name]

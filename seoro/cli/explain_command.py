@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from seoro.cli.arguments import add_option
-from seoro.cli.output import use_colour
+from seoro.cli.terminal import use_colour
 from seoro.errors import UsageError
 from seoro.lang.explain import Explanation, explanation, explanations, near_codes
 

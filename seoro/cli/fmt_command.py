@@ -11,8 +11,8 @@ from pathlib import Path
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import STDIN, STDIN_NAME, count, find_files, read_stdin
-from seoro.cli.output import print_error
 from seoro.cli.rewriting import print_diff, replace_file
+from seoro.cli.terminal import print_error
 from seoro.errors import InvalidScenario, UsageError
 from seoro.files.inputs import Kind, read_input
 from seoro.lang.format.formatter import LayoutFault, format_text

@@ -19,7 +19,8 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from seoro.cli.output import Progress, use_colour
+from seoro.cli.output import Progress
+from seoro.cli.terminal import use_colour
 from seoro.cli.tree import Node, Row, Tree
 from seoro.files.inputs import Kind, read_input
 from seoro.runtime.verdict import Verdict

@@ -14,8 +14,8 @@ from seoro import __version__
 from seoro.cli.arguments import Parser, add_option, using_keys, using_variable
 from seoro.cli.commands import COMMANDS, REPLACED, listed
 from seoro.cli.exit_status import Exit
-from seoro.cli.output import print_error, terminal_columns
 from seoro.cli.remote_arguments import EXECUTOR_VARIABLE, endpoint_of_project
+from seoro.cli.terminal import print_error, terminal_columns
 from seoro.errors import InvalidScenario, SeoroError, UsageError, cause_of
 from seoro.lang.diagnostics import near
 

@@ -6,7 +6,6 @@ import argparse
 import sys
 
 from seoro.cli.arguments import Container, add_option
-from seoro.embed.parquet import is_parquet_installed
 from seoro.errors import UsageError
 
 
@@ -25,6 +24,8 @@ def check_parquet(options: argparse.Namespace) -> None:
         return
     if options.output_dir is None:
         raise UsageError("`--parquet` needs an output folder", help="add `-o DIR`")
+    from seoro.embed.parquet import is_parquet_installed  # noqa: PLC0415 - for this option only
+
     if not is_parquet_installed():
         print(
             "note: `--parquet` needs pyarrow, so trajectories are written as CSV only: "

@@ -9,10 +9,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seoro.cli.exit_status import OF_STATUS, Exit
+from seoro.cli.exit_status import Exit
 from seoro.cli.files import shown_name
-from seoro.cli.output import Progress, is_terminal, print_reason
+from seoro.cli.output import Progress, print_reason
 from seoro.cli.results import STDOUT, ResultFiles, print_json, result
+from seoro.cli.terminal import is_terminal
 from seoro.errors import UsageError
 from seoro.runtime.trace.records import write_error_text
 from seoro.runtime.verdict import Verdict, with_write_error
@@ -104,7 +105,7 @@ class RunReport:
             print(traceback.rstrip() if self._options.debug else location, file=sys.stderr)
         if self._options.json:
             print_json(result(verdict, parameters, written))
-        return self.interrupted or OF_STATUS[verdict.status]
+        return self.interrupted or Exit.of_run(verdict.status)
 
 
 def _why(verdict: Verdict, traceback: str) -> str:

@@ -15,7 +15,6 @@ from typing import IO, TYPE_CHECKING, Any
 from seoro.cli.arguments import add_option
 from seoro.cli.files import shown_name, write_errors
 from seoro.cli.parquet import add_parquet_argument, check_parquet
-from seoro.embed.parquet import is_parquet_installed, is_table, to_parquet
 from seoro.errors import BackendError, InvalidScenario, SeoroError, UsageError
 from seoro.files.inputs import resolved
 from seoro.runtime.execution.outputs import RESULT_NAMES, TRACE
@@ -176,10 +175,8 @@ class ResultFiles:
                 path = folder / Path(artifact.name).name
                 _write(path, artifact.data)
                 written.append((path, artifact.description))
-                if self._options.parquet and is_table(path.name) and is_parquet_installed():
-                    table = path.with_suffix(".parquet")
-                    _write(table, to_parquet(artifact.data))
-                    written.append((table, f"{artifact.description}, as Parquet"))
+                if self._options.parquet:
+                    written += _as_parquet(path, artifact)
             from seoro.cli.recordings import recorded  # noqa: PLC0415 - for runs with `-o` only
 
             written += recorded(folder / TRACE)
@@ -205,7 +202,7 @@ class ResultFiles:
             raise
 
     def _write_unrun(self, file: str, error: SeoroError) -> None:
-        from seoro.cli.output import error_text  # noqa: PLC0415 - imports this module
+        from seoro.cli.terminal import error_text  # noqa: PLC0415 - imports this module
 
         found = unrun(file, error)
         self._remove_empty_traces()
@@ -237,6 +234,17 @@ class ResultFiles:
         for path in filter(None, (named, folder and folder / name)):
             files.setdefault(resolved(path), path)
         return list(files.values())
+
+
+def _as_parquet(path: Path, artifact: Artifact) -> list[tuple[Path, str]]:
+    """Write a file of the simulator as Parquet beside it, if it is a table."""
+    from seoro.embed.parquet import is_parquet_installed, is_table, to_parquet  # noqa: PLC0415 - for `--parquet` only
+
+    if not is_table(path.name) or not is_parquet_installed():
+        return []
+    table = path.with_suffix(".parquet")
+    _write(table, to_parquet(artifact.data))
+    return [(table, f"{artifact.description}, as Parquet")]
 
 
 def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:
@@ -281,7 +289,7 @@ def result(
 
 def unrun(file: str, error: SeoroError) -> dict[str, Any]:
     """Return the result of a file that could not be run as JSON data, with status `invalid` or `error`."""
-    from seoro.cli.output import diagnostics_of  # noqa: PLC0415 - imports this module
+    from seoro.cli.terminal import diagnostics_of  # noqa: PLC0415 - imports this module
     from seoro.lang.render import to_json as diagnostic_json  # noqa: PLC0415 - the same
 
     diagnostics = diagnostics_of(error)

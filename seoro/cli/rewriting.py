@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from seoro.cli.output import paint, use_colour
+from seoro.cli.terminal import paint, use_colour
 from seoro.files.inputs import resolved
 from seoro.lang.source import SourceFile
 

@@ -16,10 +16,10 @@ from typing import IO
 
 from seoro.cli.arguments import add_option, given_option, number, pattern
 from seoro.cli.files import write_errors
-from seoro.cli.output import paint, use_colour
 from seoro.cli.recordings import write as write_recording
 from seoro.cli.recordings import write_bag
 from seoro.cli.results import silence
+from seoro.cli.terminal import paint, use_colour
 from seoro.cli.trace_input import invalid_trace, open_trace
 from seoro.errors import UsageError
 from seoro.runtime.execution.outputs import VIDEO

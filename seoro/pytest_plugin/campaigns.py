@@ -17,7 +17,7 @@ from seoro.campaign.starting import run
 from seoro.campaign.statistics.sequential_test import Decision
 from seoro.campaign.stopping.rules import percent
 from seoro.campaign.strategies.random import Uniform
-from seoro.cli.output import error_text
+from seoro.cli.terminal import error_text
 from seoro.embed.options import OptionFields
 from seoro.embed.scenarios import Scenario
 from seoro.errors import BackendError, InvalidScenario, UsageError

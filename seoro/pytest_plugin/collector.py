@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from seoro.cli.output import error_text
+from seoro.cli.terminal import error_text
 from seoro.embed import Scenario, check_file
 from seoro.embed.directives import INVALID, Directives, FileDirectives, MarkComment, read_directives, top_scenarios
 from seoro.embed.options import OptionFields

@@ -17,7 +17,7 @@ import pytest
 
 import seoro
 from seoro.bridges.launch import is_installed
-from seoro.cli.output import error_text
+from seoro.cli.terminal import error_text
 from seoro.embed import Scenario, load
 from seoro.embed.api import start_with
 from seoro.embed.directives import INVALID, Directives

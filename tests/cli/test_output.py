@@ -4,7 +4,7 @@ from io import StringIO
 
 import pytest
 
-from seoro.cli.output import use_colour
+from seoro.cli.terminal import use_colour
 
 
 class Terminal(StringIO):

@@ -70,3 +70,12 @@ def test_short_runs_load_few_modules(runs: list[set[str]]) -> None:
 
 def test_a_repeated_run_loads_nothing_that_it_does_not_use(runs: list[set[str]]) -> None:
     assert sorted(HEAVY & runs[1]) == []
+
+
+def test_the_help_loads_neither_an_event_loop_nor_plans() -> None:
+    code = (
+        "import sys; sys.argv[1:] = ['--help']\nfrom seoro.cli.main import main\n"
+        "try:\n    main()\nexcept SystemExit:\n    print(*sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert {"asyncio", "seoro.lang.plan", "seoro.runtime.verdict", "pydantic"} & set(done.stderr.split()) == set()
