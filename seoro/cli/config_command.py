@@ -101,6 +101,8 @@ def _plain(value: Any) -> Any:
     match value:
         case tuple():
             return [_plain(each) for each in value]
+        case frozenset():
+            return sorted(value)
         case Path():
             return str(value)
         case math.inf:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from seoro.embed.directives import Directives, read_directives
 from seoro.embed.options import Lab, Options, Simulator
@@ -18,8 +18,7 @@ from seoro.embed.runnable import Runnable
 from seoro.embed.time_limit import WallLimit, wall_limit
 from seoro.errors import UsageError
 from seoro.lang.frozen import Value
-from seoro.lang.projects import project_of
-from seoro.lang.source import SourceFile
+from seoro.lang.projects import settings_around
 
 ENDPOINT: Final = "endpoint"
 _WITHOUT_SIMULATOR: Final = ("real", "virtual")  # clocks
@@ -80,7 +79,7 @@ def settings_of_file(
     found = read_directives(file, scenario.scenario_lines)
     entry = scenario.entry(options.name)
     directives = found.scenarios.get(entry.line, found.common)
-    project = settings_of_project(file)
+    project = settings_around(file.path)
     target = _target(options)
     simulator = None if options.simulator is None else options.simulator.name
     if options.simulator is not None:
@@ -113,16 +112,6 @@ def settings_of_file(
         limit=wall_limit(options.timeout, option_names["timeout"], directives.timeout, project.get("timeout")),
         notes=[f"{file.name}: {note}" for note in notes],
     )
-
-
-def settings_of_project(file: SourceFile) -> Mapping[str, Any]:
-    """Return the settings of the project of a file; empty without a project.
-
-    Raises:
-        UsageError: A setting is invalid.
-    """
-    project = project_of(Path.cwd() if file.path is None else file.path.absolute().parent)
-    return {} if project is None else project.values
 
 
 def _overrides(directives: Directives, options: Options, entry: str) -> Mapping[str, str]:

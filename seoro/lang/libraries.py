@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from seoro.lang.builtin_libraries import builtin_libraries
 from seoro.lang.diagnostics import imports
 from seoro.lang.frozen import Value
-from seoro.lang.projects import project_of
+from seoro.lang.projects import settings_around
 from seoro.lang.python_modules import module_path
 from seoro.lang.source import SourceFile, Span
 
@@ -122,8 +122,7 @@ def library_folders(scenario: Path) -> tuple[Path, ...]:
 
 
 def _folders_of_project(path: Path) -> tuple[Path, ...]:
-    project = project_of(path.parent)
-    folders: tuple[Path, ...] = () if project is None else project.values.get("libraries", ())
+    folders: tuple[Path, ...] = settings_around(path).get("libraries", ())
     return folders
 
 

@@ -91,6 +91,17 @@ def _count(value: Any, _folder: Path) -> int:
     return value
 
 
+def _codes(value: Any, folder: Path) -> frozenset[str]:
+    if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+        raise _Unfit('a list of codes, such as ["E0702"]')
+    from seoro.lang.explain import codes, near_codes  # noqa: PLC0415 - for this setting only
+
+    for code in value:
+        if code not in codes():
+            raise _Unfit(near_codes(code) or "codes that `seoro explain` lists")
+    return frozenset(value)
+
+
 SETTINGS: Final[Mapping[str, Setting]] = {
     "simulator": Setting(_text, "simulator of runs that name none: `mujoco` or `pybullet`", "--sim"),
     "world": Setting(_world, "world of the simulator: a name or a file", "--world"),
@@ -100,6 +111,7 @@ SETTINGS: Final[Mapping[str, Setting]] = {
     "timeout": Setting(_seconds, "limit of the wall time of a run [s]", "--timeout"),
     "executor": Setting(_text, "executor for runs; `--local` runs in this process", "--on"),
     "endpoint": Setting(_text, "Zenoh endpoint of executors or of their router", "--executor"),
+    "ignore": Setting(_codes, "codes of warnings that `seoro check` and editors leave out", "--ignore"),
     "output": Setting(_path, "folder of results; each scenario has its own folder inside", "--output-dir"),
     "libraries": Setting(_paths, "folders with libraries that scenarios import as `osc.NAME`"),
 }
@@ -148,6 +160,19 @@ def project_of(path: Path) -> Project | None:
             if found is not None:
                 return found
     return None
+
+
+def settings_around(file: Path | None) -> Mapping[str, Any]:
+    """Return the settings of the project of a file; empty without a project.
+
+    Args:
+        file: The file; None for text without one, which belongs to the working directory.
+
+    Raises:
+        UsageError: A setting is invalid.
+    """
+    project = project_of(Path.cwd() if file is None else file.absolute().parent)
+    return {} if project is None else project.values
 
 
 @lru_cache(maxsize=64)

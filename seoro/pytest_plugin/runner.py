@@ -21,9 +21,9 @@ from seoro.cli.terminal import error_text
 from seoro.embed import Scenario, load
 from seoro.embed.api import start_with
 from seoro.embed.directives import INVALID, Directives
-from seoro.embed.file_settings import settings_of_project
 from seoro.embed.options import ClockName, OptionFields, Simulator, options_from
 from seoro.errors import BackendError, InvalidScenario, UsageError
+from seoro.lang.projects import settings_around
 from seoro.pytest_plugin import MARK
 from seoro.runtime.explain.reasons import reason_text
 from seoro.runtime.trace.jsonl import to_line
@@ -184,7 +184,7 @@ def _simulator(case: Case, options: OptionFields) -> Simulator | None:
     """
     simulator, world = options.get("simulator"), case.directives.world
     if case.simulator is None and _is_open(options):
-        name = settings_of_project(case.scenario.file).get("simulator")
+        name = settings_around(case.scenario.file.path).get("simulator")
         simulator = None if name is None else Simulator(name)
     if case.simulator is not None:
         simulator = replace(simulator or Simulator(), name=case.simulator, endpoint=None)
@@ -204,7 +204,7 @@ def _run(scenario: Scenario, options: OptionFields, executor: str | None) -> Res
             help="use `async with seoro.start(scenario, **osc_options) as run: verdict = await run.result()`",
         )
     chosen: OptionFields = {**options, "keep_trace": True}
-    settings = settings_of_project(scenario.file)
+    settings = settings_around(scenario.file.path)
     if _is_open(options) and "simulator" not in settings and "lab" not in settings:
         chosen["clock"] = "virtual"
     if executor is not None:

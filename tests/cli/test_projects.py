@@ -89,6 +89,15 @@ def test_a_project_may_name_the_executor_of_its_runs(project: Path, capsys: pyte
     assert main([*command, "--local"]) == 0
 
 
+def test_a_project_leaves_warnings_out(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (project / "scenarios" / "hello.osc").write_text(HELLO.replace("    do", "    event never_used\n    do"))
+    assert main(["check", "scenarios"]) == 0
+    assert "E0703" in capsys.readouterr().err
+    (project / "seoro.toml").write_text('libraries = ["libs"]\nignore = ["E0703"]\n')
+    assert main(["check", "scenarios"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_an_invalid_setting_is_refused_with_its_place(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (project / "seoro.toml").write_text('simulatr = "mujoco"\n')
     assert main(["exec", "scenarios/hello.osc"]) == 2

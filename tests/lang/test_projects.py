@@ -60,6 +60,8 @@ def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
         ("rate = true\n", "`rate` is True; expected a positive number", ""),
         ('timeout = "1h"\n', "`timeout` is '1h'; expected a positive number of seconds", ""),
         ('libraries = "libs"\n', "`libraries` is 'libs'; expected a list of paths", ""),
+        ('ignore = ["E9999"]\n', "`ignore` is ['E9999']; expected ", ""),
+        ('ignore = "E0702"\n', "`ignore` is 'E0702'; expected a list of codes", ""),
         ("test = 3\n", "expected a table `test`, found 3", ""),
         ("[test]\njobs = -1\n", "`jobs` is -1; expected a whole number from 0", ""),
         ('lab = "a.yaml"\nsimulator = "mujoco"\n', "`lab` contradicts `simulator`", "leave out one"),

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from seoro.lang.check.checker import Checked
-from seoro.lang.diagnostic import Diagnostic
+from seoro.lang.diagnostic import Diagnostic, Severity
 from seoro.lang.lint.flow import suspicious_members
 from seoro.lang.lint.names import shadowing_names, unused_imports, unused_members
 from seoro.lang.lint.noqa import apply_suppressions
 from seoro.lang.lint.words import read_words
+from seoro.lang.projects import settings_around
 from seoro.lang.symbols import Kind
 
 
 def with_lints(checked: Checked) -> list[Diagnostic]:
-    """Return the diagnostics of a check and the lints; comments may suppress warnings.
+    """Return the diagnostics of a check and the lints; comments and the project may suppress warnings.
 
     Files with errors have no lints, since names may lack their meaning. Imported files have lints when they are
     checked themselves.
@@ -23,7 +24,10 @@ def with_lints(checked: Checked) -> list[Diagnostic]:
         return list(checked.diagnostics)
     lints = sorted(_lints(checked), key=lambda found: found.primary.span.start)
     users = [module.file for module in checked.sources.modules if module.library is None]
-    return apply_suppressions([*checked.diagnostics, *lints], users, checked.sources.entry.file)
+    entry = checked.sources.entry.file
+    ignored = settings_around(entry.path).get("ignore", ())
+    found = apply_suppressions([*checked.diagnostics, *lints], users, entry)
+    return [each for each in found if each.severity is Severity.ERROR or each.code not in ignored]
 
 
 def _lints(checked: Checked) -> Iterator[Diagnostic]:
