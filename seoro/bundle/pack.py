@@ -219,10 +219,8 @@ def _library_folders(sources: Sources) -> Iterator[Path]:
 
 def _project_files(sources: Sources) -> Iterator[Path]:
     """Yield the settings of the project if they name the folder of a library."""
-    for library in sources.libraries:
-        folder = folder_around(library.path) if library.origin is Origin.BESIDE else None
-        project = None if folder is None or folder.name == FOLDER else project_of(folder)
-        if project is not None:
+    for folder in _library_folders(sources):
+        if folder.name != FOLDER and (project := project_of(folder)) is not None:
             yield project.file
 
 

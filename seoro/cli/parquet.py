@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
+from pathlib import Path
 
 from seoro.cli.arguments import Container, add_option
 from seoro.errors import UsageError
@@ -32,3 +34,26 @@ def check_parquet(options: argparse.Namespace) -> None:
             "`pip install 'seoro[parquet]'`",
             file=sys.stderr,
         )
+
+
+def as_parquet(
+    path: Path, table: bytes, description: str, write: Callable[[Path, bytes], object]
+) -> list[tuple[Path, str]]:
+    """Write a file of the simulator as Parquet beside it, if it is a table.
+
+    Args:
+        path: The file.
+        table: Its content.
+        description: Description of the file.
+        write: Writes a file.
+
+    Returns:
+        The written file with its description, if any.
+    """
+    from seoro.embed.parquet import is_parquet_installed, is_table, to_parquet  # noqa: PLC0415 - as above
+
+    if not is_table(path.name) or not is_parquet_installed():
+        return []
+    file = path.with_suffix(".parquet")
+    write(file, to_parquet(table))
+    return [(file, f"{description}, as Parquet")]

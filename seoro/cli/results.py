@@ -14,7 +14,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from seoro.cli.arguments import add_option
 from seoro.cli.files import shown_name, write_errors
-from seoro.cli.parquet import add_parquet_argument, check_parquet
+from seoro.cli.parquet import add_parquet_argument, as_parquet, check_parquet
 from seoro.errors import BackendError, InvalidScenario, SeoroError, UsageError
 from seoro.files.inputs import resolved
 from seoro.runtime.execution.outputs import RESULT_NAMES, TRACE
@@ -176,7 +176,7 @@ class ResultFiles:
                 _write(path, artifact.data)
                 written.append((path, artifact.description))
                 if self._options.parquet:
-                    written += _as_parquet(path, artifact)
+                    written += as_parquet(path, artifact.data, artifact.description, _write)
             from seoro.cli.recordings import recorded  # noqa: PLC0415 - for runs with `-o` only
 
             written += recorded(folder / TRACE)
@@ -234,17 +234,6 @@ class ResultFiles:
         for path in filter(None, (named, folder and folder / name)):
             files.setdefault(resolved(path), path)
         return list(files.values())
-
-
-def _as_parquet(path: Path, artifact: Artifact) -> list[tuple[Path, str]]:
-    """Write a file of the simulator as Parquet beside it, if it is a table."""
-    from seoro.embed.parquet import is_parquet_installed, is_table, to_parquet  # noqa: PLC0415 - for `--parquet` only
-
-    if not is_table(path.name) or not is_parquet_installed():
-        return []
-    table = path.with_suffix(".parquet")
-    _write(table, to_parquet(artifact.data))
-    return [(table, f"{artifact.description}, as Parquet")]
 
 
 def _write_coverage(path: Path, verdict: Verdict) -> list[tuple[Path, str]]:
