@@ -55,6 +55,14 @@ def test_local_libraries_are_packed_with_their_python_files(tmp_path: Path) -> N
     assert paths(found) == ["main.osc", "seoro.libraries/mine/__init__.py", "seoro.libraries/mine/mine.osc"]
 
 
+def test_libraries_of_a_project_are_packed_with_its_settings(tmp_path: Path) -> None:
+    write(tmp_path / "seoro.toml", 'libraries = ["libs"]\n')
+    write(tmp_path / "libs/mine.osc", "action greet\n")
+    write(tmp_path / "libs/mine.py", "1 / 0\n")
+    found = bundle(write(tmp_path / "scenarios/main.osc", "import osc.mine\nscenario main:\n    do greet()\n"))
+    assert paths(found) == ["libs/mine.osc", "libs/mine.py", "scenarios/main.osc", "seoro.toml"]
+
+
 def test_files_and_folders_of_the_options_are_packed(tmp_path: Path) -> None:
     write(tmp_path / "models/box/box.sdf", "<sdf/>")
     simulator = Simulator(name="mujoco", world="maze", model_path=[tmp_path / "models"])
