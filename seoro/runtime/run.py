@@ -292,14 +292,8 @@ class Execution:
             version=self._settings.version,
             **(self._tree.fields(self._settings.sources) if self._tree is not None else {}),
             **({"external": list(self._application.external)} if self._application is not None else {}),
-            **self._robots(),
+            **({"robots": self._settings.named_robots} if self._settings.placements else {}),
         )
-
-    def _robots(self) -> dict[str, Any]:
-        """Return the robots chosen by the user, by actor."""
-        homes = {name: each.home for name, each in self._settings.placements.items()}
-        robots = {name: f"{home.name} of {home.backend.name}" for name, home in sorted(homes.items())}
-        return {"robots": robots} if robots else {}
 
     def _conclude(self, wall_duration: float) -> Verdict:
         services = self._services

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 from seoro.bridges.executor.messages import RunInfo
 from seoro.executor.storage.run_folder import RunFolder
+from seoro.files.inputs import Kind, open_input
 from seoro.traces.edges import read_robots, read_start
 
 MOST_READ: Final = 50  # traces for one list; further ones are read for the next lists
@@ -53,7 +54,7 @@ class Beginnings:
 
     def _read(self, info: RunInfo) -> _Beginning:
         try:
-            with self._folder(info.run).trace.open("rb") as file:
+            with open_input(self._folder(info.run).trace, Kind.TRACE) as file:
                 start = read_start(file)
                 robots = () if start is None else read_robots(file, start)
         except OSError:  # it was deleted, or has not begun

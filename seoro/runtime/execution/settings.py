@@ -74,3 +74,9 @@ class Settings(Value):
     scan_rate: float = 0.0
     debugger: Debugging | None = None
     step_order: StepOrder | None = None
+
+    @property
+    def named_robots(self) -> dict[str, str]:
+        """Robots chosen by the user, by actor, as traces have them."""
+        homes = {name: each.home for name, each in self.placements.items()}
+        return {name: f"{home.name} of {home.backend.name}" for name, home in sorted(homes.items())}

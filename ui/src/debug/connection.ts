@@ -57,6 +57,7 @@ export class DapConnection {
 
   async request(command: string, body: object): Promise<unknown> {
     await this.opened;
+    if (this.socket.readyState !== WebSocket.OPEN) throw new RequestFailed("the connection is lost");
     const seq = ++this.count;
     const answer = new Promise((resolve, reject) => this.waiting.set(seq, { resolve, reject }));
     this.socket.send(JSON.stringify({ seq, type: "request", command, arguments: body }));
