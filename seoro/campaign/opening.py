@@ -251,7 +251,7 @@ def check_unchanged(campaign: CampaignFile, refusal: str, instead: str) -> None:
     if campaign.version != __version__:
         raise UsageError(
             f"{refusal}: it began with seoro {campaign.version}, this is {__version__}",
-            help=f"pip install 'seoro=={campaign.version}', or {instead}",
+            help=f"go on with seoro {campaign.version}, or {instead}",
         )
 
 

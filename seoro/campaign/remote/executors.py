@@ -132,7 +132,7 @@ class ExecutorEngine:
             raise UsageError(
                 f"the executor '{self._name}' has seoro {found.info.version}, the campaign {wanted}: its runs "
                 "need one version",
-                help=f"install it there: pip install 'seoro=={wanted}'",
+                help=f"install seoro {wanted} there",
             )
         known = found.info.simulators
         if simulator is not None and known is not None and simulator not in known:
