@@ -176,5 +176,6 @@ async def test_debugging_and_secrets_of_other_sites_are_refused(lab: Lab, chromi
     headers = {"Cookie": "; ".join(f"{each['name']}={each['value']}" for each in cookies)}
     origin = anna.url.partition("/?")[0]
     url = f"{origin.replace('https', 'wss')}/api/debug"
-    with connect(url, ssl=context, additional_headers={**headers, "Origin": origin}, proxy=None) as socket:
+    more = {**headers, "Origin": origin}
+    with connect(url, ssl=context, additional_headers=more, proxy=None, open_timeout=DEADLINE) as socket:
         assert "debugs no runs" in json.loads(socket.recv(DEADLINE))["error"]
