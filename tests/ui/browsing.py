@@ -52,7 +52,14 @@ class Browser:
     def socket(self, path: str, max_queue: int = 16, **headers: str) -> Iterator[ClientConnection]:
         url = self.origin.replace("http", "ws", 1) + path
         more = {"Cookie": self.cookie, "Origin": self.origin, **headers}
-        with connect(url, additional_headers=more, max_size=None, max_queue=max_queue, proxy=None) as opened:
+        with connect(
+            url,
+            additional_headers=more,
+            max_size=None,
+            max_queue=max_queue,
+            open_timeout=DEADLINE,
+            proxy=None,
+        ) as opened:
             yield opened
 
     def run(self, fits: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
