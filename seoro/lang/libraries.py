@@ -14,6 +14,7 @@ The search runs no code of a library.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
@@ -148,8 +149,8 @@ def _beside(name: str, entry: SourceFile) -> Path | None:
 def _shown(path: Path, entry: SourceFile) -> str:
     """Return the name of a file beside the scenario, from the user's view."""
     assert entry.path is not None
-    folder = entry.path.absolute().parent
-    return str(Path(entry.name).parent / path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
+    way = os.path.relpath(path, entry.path.absolute().parent)
+    return os.path.normpath(Path(entry.name).parent / way)
 
 
 def _files_beside(scenario: Path) -> dict[str, Path]:

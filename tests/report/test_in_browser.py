@@ -1,8 +1,10 @@
 from __future__ import annotations
 
+import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
+import anyio
 import pytest
 
 from seoro.cli.report_command import write_file
@@ -192,4 +194,19 @@ async def test_a_run_of_a_million_records(tmp_path: Path, open_report: Open) -> 
     await page.locator(".list .line").first.click()
     await page.get_by_role("heading", name="robot.drive_9 failed after 8 ms").wait_for()
     await page.get_by_role("button", name="earlier causes").wait_for()
+    assert opened.problems == []
+
+
+async def test_the_source_is_first_that_of_the_scenario_and_requirements_are_facts(
+    tmp_path: Path, open_report: Open
+) -> None:
+    (tmp_path / "part.osc").write_text("import osc.types\nscenario part:\n    do wait elapsed(1s)\n")
+    (tmp_path / "main.osc").write_text(
+        'import "part.osc"\n\n# seoro: requirement REQ-1, REQ-2\nscenario main:\n    do part()\n'
+    )
+    options = ["--scenario", "main", "--clock", "virtual", "--seed", "1", "-o", "out", "--report"]
+    await anyio.run_process([sys.executable, "-m", "seoro", "exec", "main.osc", *options], cwd=tmp_path)
+    opened = await open_report(tmp_path / "out" / "report.html")
+    assert await opened.page.locator(".source select").input_value() == "main.osc"
+    assert "requirements REQ-1, REQ-2" in await opened.page.get_by_label("Facts of the run").inner_text()
     assert opened.problems == []

@@ -19,6 +19,7 @@ export interface RunStart extends TraceRecord {
   version?: string;
   parameters?: { [name: string]: Json };
   overrides?: { [name: string]: Json };
+  requirements?: Json;
   robots?: Json;
 }
 

@@ -20,7 +20,8 @@ export function Source({ run, state }: ViewProps) {
   const paused = useCell(state.lines?.paused ?? NOWHERE);
   const time = useCell(state.time);
   const [chosen, setName] = useState("");
-  const name = chosen || (files[0]?.name ?? "");
+  const own = files.find((source) => source.name === run.meta.start?.file) ?? files[0]; // imports come first
+  const name = chosen || (own?.name ?? "");
   const [focus, setFocus] = useState(-1);
   useEffect(() => {
     const [file, line] = lineOf(place);

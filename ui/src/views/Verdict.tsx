@@ -50,6 +50,7 @@ export function Verdict({ run, state }: ViewProps) {
         <Fact name="simulator" value={scene?.simulator ?? ""} />
         <Fact name="world" value={scene?.world ?? ""} />
         {typeof end?.margin === "number" && <Fact name="least margin" value={end.margin.toPrecision(3)} />}
+        {Array.isArray(start?.requirements) && <Fact name="requirements" value={start.requirements.map(String).join(", ")} />}
         <Fact name="records" value={whole(run.meta.count)} />
         {robots.slice(0, 20).map((robot) => (
           <li key={robot.name} class={robot.real ? "real" : ""}>
