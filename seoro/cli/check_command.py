@@ -108,7 +108,7 @@ def _summarise(files: int, found: Sequence[Diagnostic]) -> None:
     file = sys.stderr if errors else sys.stdout
     print(f"{count(files)} checked: {', '.join(parts)}", file=file)
     if found:
-        print(f"`seoro explain {found[0].code}` explains the error", file=file)
+        print(f"`seoro explain {found[0].code}` explains the {found[0].severity.value}", file=file)
 
 
 def _errors(found: Sequence[Diagnostic]) -> int:

@@ -97,7 +97,7 @@ def test_warnings_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert main(["check", "--strict", str(file)]) == 0
     out, err = capsys.readouterr()
     assert err.startswith("warning[E0392]")
-    assert out == "1 file checked: no errors, 1 warning\n`seoro explain E0392` explains the error\n"
+    assert out == "1 file checked: no errors, 1 warning\n`seoro explain E0392` explains the warning\n"
 
 
 def test_json_of_files_without_errors_is_an_empty_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
