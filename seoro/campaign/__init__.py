@@ -10,8 +10,9 @@ The names below are its public interface. They are loaded when they are first us
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from seoro.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from seoro.campaign.after.findings import Shrunk
@@ -86,9 +87,4 @@ def __dir__() -> list[str]:
 
 
 if not TYPE_CHECKING:  # type checkers report unknown names
-
-    def __getattr__(name: str) -> Any:
-        for module, names in _MODULES.items():
-            if name in names:
-                return getattr(import_module(module), name)
-        raise AttributeError(f"module 'seoro.campaign' has no attribute {name!r}")
+    __getattr__ = lazy_names(__name__, _MODULES)

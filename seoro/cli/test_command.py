@@ -28,7 +28,7 @@ EXAMPLES = """examples:
 
 Without PATH, the tests are those of the project (`paths` in `[tool.seoro.test]`), else those of this folder.
 
-exit status: 0 all passed, 1 some did not pass, 2 the command line is invalid, or there are no tests,
+exit status: 0 all passed, 1 some failed, 2 invalid command line or no tests,
 3 error in pytest, 130 by Ctrl-C"""
 
 _STATUSES: Final = {0: Exit.PASSED, 1: Exit.FAILED, 2: Exit.INTERRUPTED, 3: Exit.ERROR, 4: Exit.INVALID}

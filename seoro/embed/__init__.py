@@ -15,8 +15,9 @@ Names are loaded on first use, so that programs that only check or send scenario
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from seoro.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from seoro.embed.api import accept, replay, run, start
@@ -46,9 +47,4 @@ _MODULES = {
 
 
 if not TYPE_CHECKING:  # type checkers report unknown names
-
-    def __getattr__(name: str) -> Any:
-        for module, names in _MODULES.items():
-            if name in names:
-                return getattr(import_module(module), name)
-        raise AttributeError(f"module 'seoro.embed' has no attribute {name!r}")
+    __getattr__ = lazy_names(__name__, _MODULES)
