@@ -80,6 +80,7 @@ format: $(VENV)/.dev  ## format the code
 
 goldens: $(VENV)/.dev  ## rewrite the golden files of tests; review the difference
 	@$(BIN)/python -m seoro.bridges.wire.schema
+	@$(BIN)/python -m tests.tools.json_schemas
 	@SEORO_UPDATE_GOLDENS=1 $(BIN)/pytest tests/lang/test_diagnostics.py tests/lang/test_explain.py \
 		tests/lang/format/test_formatter.py tests/editors/test_textmate.py
 

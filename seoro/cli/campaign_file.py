@@ -61,6 +61,11 @@ def is_campaign_file(file: str) -> bool:
     return Path(file).suffix.lower() in WORLD_FILES
 
 
+def is_setting(option: str) -> bool:
+    """Return whether an option of the command is a key of campaign files, without `--`."""
+    return option not in _SIMULATOR and option not in _OF_THE_COMMAND
+
+
 def use_campaign_file(options: argparse.Namespace) -> None:
     """Replace the options of the command line by those with the settings of its campaign file.
 
@@ -182,12 +187,12 @@ def _rules(rules: Sequence[str | RateKeys], lines: Lines) -> Iterator[_Option]:
 def _refuse_misplaced(key: str, lines: Lines) -> None:
     """Refuse options that have another place in the file, or none."""
     name = _name(key)
+    if is_setting(name):
+        return
     if name in _SIMULATOR:
         hint = f"write `simulator: {{{_SIMULATOR[name]}: ...}}`"
-    elif name in _OF_THE_COMMAND:
-        hint = "name the scenario with `name`" if name == "scenario" else f"add `--{name}` to the command"
     else:
-        return
+        hint = "name the scenario with `name`" if name == "scenario" else f"add `--{name}` to the command"
     raise UsageError(f"{lines.at((key,))}: unknown key `{key}`", help=hint)
 
 

@@ -39,8 +39,10 @@ def _rule_kind(value: object) -> str:
     return "test" if isinstance(value, dict | RateKeys) else "rule"
 
 
-Scalar: TypeAlias = Annotated[Plain, PlainValidator(_check_plain)]
-Setting: TypeAlias = Annotated[Plain | list[Plain], PlainValidator(_check_setting)]
+Scalar: TypeAlias = Annotated[Plain, PlainValidator(_check_plain, json_schema_input_type=Plain)]
+Setting: TypeAlias = Annotated[
+    Plain | list[Plain], PlainValidator(_check_setting, json_schema_input_type=Plain | list[Plain])
+]
 
 
 class _Part(BaseModel):
@@ -112,10 +114,15 @@ class CampaignKeys(BaseModel):
 
     scenario: Text
     name: Text | None = None
-    simulator: Annotated[SimulatorKeys, BeforeValidator(_with_name)] = SimulatorKeys()
-    strategy: Annotated[Mapping[Text, Scalar | None], BeforeValidator(_with_strategy)] = Field(
-        default_factory=dict
-    )
-    until: Annotated[tuple[Rule, ...], BeforeValidator(_as_list)] = ()
+    simulator: Annotated[
+        SimulatorKeys, BeforeValidator(_with_name, json_schema_input_type=Text | SimulatorKeys)
+    ] = SimulatorKeys()
+    strategy: Annotated[
+        Mapping[Text, Scalar | None],
+        BeforeValidator(_with_strategy, json_schema_input_type=Text | Mapping[Text, Scalar | None]),
+    ] = Field(default_factory=dict)
+    until: Annotated[
+        tuple[Rule, ...], BeforeValidator(_as_list, json_schema_input_type=Rule | tuple[Rule, ...])
+    ] = ()
     engine: Mapping[Text, Setting] = Field(default_factory=dict)
     set: Mapping[Text, Scalar] = Field(default_factory=dict)

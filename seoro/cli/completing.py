@@ -22,6 +22,7 @@ from seoro.cli.arguments import Parser, actions_of
 from seoro.cli.commands import COMMANDS
 from seoro.cli.files import SUFFIX, state_folder
 from seoro.cli.main import command_parser
+from seoro.files.schemas import SCHEMAS
 
 LINE: Final = "COMP_LINE"  # variables of the shell
 POINT: Final = "COMP_POINT"
@@ -113,5 +114,6 @@ _COMPLETERS: Final[dict[str, Completer]] = {
     "--world": _worlds,
     "CODE": _codes,
     "RUN": _runs,
+    "SCHEMA": lambda **_: SCHEMAS,
     "SIMULATOR": lambda **_: _ENGINES,
 }

@@ -176,7 +176,13 @@ class RobotFile(_Part):
 
 
 class LabFile(_Part):
-    """A lab."""
+    """A lab.
+
+    Args:
+        simulators: Simulators, by their names in this file.
+        bridges: Bridges to robots, by their names in this file.
+        robots: Robots, by the names of their actors in scenarios.
+    """
 
     simulators: Mapping[Name, SimulatorFile] = Field(default_factory=dict)
     bridges: Mapping[Name, BridgeFile] = Field(default_factory=dict)

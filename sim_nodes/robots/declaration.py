@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, Po
 from sim_nodes.files import Declared
 from sim_nodes.geometry import Array
 from sim_nodes.robots.drive_declaration import DriveDeclaration
-from sim_nodes.robots.footprint import Footprint, read_footprint
+from sim_nodes.robots.footprint import Corners, Footprint, read_footprint
 from sim_nodes.robots.navigation import NavigationDeclaration
 from sim_nodes.robots.postures import Postures
 from sim_nodes.robots.sensor_declarations import MAX_SENSORS, LinkPart, Mount, SensorDeclaration, WithLens
@@ -129,7 +129,7 @@ class MobileDeclaration(Declared):
 
     radius: PositiveFloat  # of the smallest circle around the base's origin that contains the robot [m]
     # corners of its outline on the floor, counterclockwise [m]; without, it is the circle of `radius`
-    footprint: Annotated[Footprint, BeforeValidator(read_footprint)] | None = None
+    footprint: Annotated[Footprint, BeforeValidator(read_footprint, json_schema_input_type=Corners)] | None = None
     clearance: PositiveFloat  # from the base's origin to walls, minimum of plans [m]
     drive: DriveDeclaration
     odometry: OdometryDeclaration

@@ -13,10 +13,8 @@ from sim_nodes.geometry import Array
 
 Corner = tuple[float, float]
 MIN_CORNERS, MAX_CORNERS = 3, 16
-CORNERS = TypeAdapter(
-    Annotated[tuple[Corner, ...], Field(min_length=MIN_CORNERS, max_length=MAX_CORNERS)],
-    config=ConfigDict(allow_inf_nan=False),
-)
+Corners = Annotated[tuple[Corner, ...], Field(min_length=MIN_CORNERS, max_length=MAX_CORNERS)]
+CORNERS: TypeAdapter[tuple[Corner, ...]] = TypeAdapter(Corners, config=ConfigDict(allow_inf_nan=False))
 FLAT = 5e-4  # [m] of a corner from the line between its neighbours, at which it is left out
 FLATTEST = 1e-4  # [m^2] smallest area
 

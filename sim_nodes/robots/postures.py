@@ -77,6 +77,9 @@ def postures_form(postures: Iterable[Posture]) -> dict[str, dict[str, float]]:
 
 
 Postures = Annotated[
-    tuple[Posture, ...], BeforeValidator(_read), PlainSerializer(postures_form), Field(max_length=MAX_POSTURES)
+    tuple[Posture, ...],
+    BeforeValidator(_read, json_schema_input_type=Mapping[str, Mapping[str, float]]),
+    PlainSerializer(postures_form),
+    Field(max_length=MAX_POSTURES),
 ]
 """Postures in a file: positions by joint or pattern, by name of the posture."""

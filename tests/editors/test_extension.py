@@ -35,6 +35,7 @@ def test_the_tests_of_the_extension_pass() -> None:
 def test_the_extension_is_packaged(tmp_path: Path) -> None:
     shutil.copy(ROOT / "LICENSE", tmp_path)
     copy = copy_source(EXTENSION, tmp_path / "editors/vscode")
+    shutil.copytree(ROOT / "seoro/files/schemas", tmp_path / "seoro/files/schemas")
     npm(copy, "install", "--no-package-lock")
     npm(copy, "run", "package")
     with zipfile.ZipFile(copy / "dist/seoro-osc.vsix") as package:
@@ -44,6 +45,7 @@ def test_the_extension_is_packaged(tmp_path: Path) -> None:
     assert names >= {f"extension/{name}" for name in expected}
     assert not any("test" in name or "node_modules" in name for name in names)
     assert "seoro.stepToInstant" in script
+    assert "World file of seoro" in script
 
 
 def test_each_command_of_the_extension_is_registered() -> None:

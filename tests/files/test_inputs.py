@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[2]
 # Files that seoro itself writes or brings along, and that no user names.
 OWN = {
     "seoro/cli/new_command.py": "its own templates",
+    "seoro/files/schemas/__init__.py": "schemas that come with seoro",
     "seoro/bridges/leasing/emergency_stop.py": "its own file of an emergency stop",
     "seoro/bridges/ros2/interfaces/packages.py": "definitions that come with seoro",
     "seoro/bridges/ros2/recording/scanning.py": "a copy that it mends",

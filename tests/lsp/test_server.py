@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.lsp.conftest import PATIENCE, Editor, Refused
+from tests.language_servers import PATIENCE, Editor, Refused
 from tests.lsp.helpers import SCENARIO
 
 pytestmark = pytest.mark.asyncio(loop_scope="module")

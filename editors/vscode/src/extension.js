@@ -1,9 +1,10 @@
-// The extension: language server, lenses, debugger, test explorer and reports.
+// The extension: language server, lenses, debugger, test explorer, reports, and schemas of YAML files.
 
 const { commands, window, workspace } = require("vscode");
 const { registerDebugging } = require("./debugging");
 const { registerLenses } = require("./lenses");
 const { registerRunning } = require("./running");
+const { registerSchemas } = require("./schemas");
 const { Server } = require("./server");
 const { registerTesting } = require("./testing");
 
@@ -21,7 +22,7 @@ exports.activate = async (context) => {
     ...registerDebugging(),
     ...registerTesting(),
   );
-  await server.start();
+  await Promise.all([server.start(), registerSchemas()]);
 };
 
 exports.deactivate = () => server.stop();

@@ -154,3 +154,40 @@ test("files with errors are errors of the test", real, async () => {
   const errored = state.runs[0].events.find(([name]) => name === "errored");
   assert.match(errored[2].message, /unknown scenario or action `fly`/);
 });
+
+test("the kind of a YAML file follows from its keys", () => {
+  const { loaded } = load("../src/schemas.js");
+  const kinds = {
+    "name: hall\nextent: [-5, -5, 5, 5]\nrobots:\n  - {name: one, robot: turtlebot4}\n": "world",
+    "simulators:\n  hall: {simulator: mujoco}\nrobots: {one: {in: hall}}\n": "lab",
+    "urdf: robot.urdf\ndrive: differential\n": "robot",
+    "model: turtlebot4\nkinds: [robot]\nbase: {limits: {linear: 1, angular: 1}}\n": "profile",
+    "scenario: maze.osc\nstrategy: sobol\nruns: 10\n": "campaign",
+    "everybody: {commands: 10}\n": "policy",
+    "name: tests\non: push\njobs:\n  test: {runs-on: ubuntu-latest}\n": undefined,
+    "services:\n  web: {image: nginx}\n": undefined,
+    "": undefined,
+  };
+  for (const [text, kind] of Object.entries(kinds)) {
+    assert.equal(loaded.kindOf(text), kind, text);
+  }
+});
+
+test("schemas are given to the YAML extension where it is installed", async () => {
+  const { loaded, api, state } = load("../src/schemas.js");
+  await loaded.registerSchemas();
+  const given = {};
+  const registerContributor = (name, schema, content) => Object.assign(given, { name, schema, content });
+  state.extensions["redhat.vscode-yaml"] = { activate: async () => ({ registerContributor }) };
+  await loaded.registerSchemas();
+  const text = "simulators:\n  hall: {simulator: mujoco}\n";
+  api.workspace.textDocuments = [
+    { uri: fileUri("/work/lab.yaml"), getText: () => text },
+    { uri: fileUri("/work/other.yaml"), getText: () => "on: push\njobs: {}\n" },
+  ];
+  const uri = given.schema("file:///work/lab.yaml");
+  assert.equal(given.name, new URL(uri).protocol.replace(":", ""));
+  assert.deepEqual(JSON.parse(given.content(uri)), loaded.SCHEMAS.lab);
+  assert.equal(given.schema("file:///work/other.yaml"), undefined);
+  assert.equal(given.schema("file:///work/missing.yaml"), undefined);
+});

@@ -49,7 +49,7 @@ class Items extends Map {
 const fileUri = (path) => ({ fsPath: path, toString: () => `file://${path}` });
 
 function fresh() {
-  const state = { commands: {}, errors: [], panels: [], profiles: {}, started: [], runs: [], files: {}, texts: {} };
+  const state = { extensions: {}, commands: {}, errors: [], panels: [], profiles: {}, started: [], runs: [], files: {}, texts: {} };
   const settings = { command: ["seoro"], "run.arguments": [], "server.command": ["seoro", "lsp"] };
   const nothing = { dispose() {} };
   const controller = {
@@ -80,6 +80,7 @@ function fresh() {
       registerDebugConfigurationProvider: (type, provider) => ((state.provider = provider), nothing),
       startDebugging: async (folder, configuration) => state.started.push(configuration),
     },
+    extensions: { getExtension: (name) => state.extensions[name] },
     languages: { registerCodeLensProvider: (selector, provider) => ((state.lenses = provider), nothing) },
     tests: { createTestController: () => controller },
     window: {
@@ -93,6 +94,7 @@ function fresh() {
       },
     },
     workspace: {
+      textDocuments: [],
       workspaceFolders: [{ uri: fileUri("/work") }],
       getConfiguration: () => ({ get: (name) => settings[name] }),
       asRelativePath: (uri) => uri.fsPath.replace("/work/", ""),

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import ast
 import inspect
-import re
-import textwrap
 import typing
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -16,7 +13,7 @@ from pydantic_core import PydanticUndefined
 
 from seoro.bridges.ros2.robots.profile import Profile
 from seoro.cli.campaign_keys import CampaignKeys
-from seoro.files.commented_yaml import described_arguments
+from seoro.files.field_meanings import field_meanings
 from seoro.lab.schema import LabFile
 from seoro.lang.projects import SETTINGS, TEST, TEST_SETTINGS
 from sim_nodes.robots.declaration import RobotDeclaration
@@ -62,7 +59,7 @@ def _keys(model: type[BaseModel]) -> str:
 
 def _rows(model: type[BaseModel], path: str, above: list[type]) -> Iterator[tuple[str, str, str, str]]:
     """Yield a row for each key, followed by the rows of the keys below it."""
-    meanings = _meanings(model)
+    meanings = field_meanings(model)
     for name, field in model.model_fields.items():
         key, parts = path + (field.alias or name), list(_parts(field.annotation))
         default = "required" if field.is_required() else "" if parts else _default(field)
@@ -124,19 +121,3 @@ def _shown(annotation: Any) -> str:
 
 
 _NAMES = {str: "text", float: "number", int: "integer", bool: "true or false"}
-
-
-def _meanings(model: type[BaseModel]) -> dict[str, str]:
-    """Return the meanings of fields: entries of the docstring, else the comments behind them."""
-    found: dict[str, str] = {}
-    for base in reversed(model.__mro__):
-        if issubclass(base, BaseModel) and base is not BaseModel:
-            source = textwrap.dedent(inspect.getsource(base))
-            lines = source.splitlines()
-            for statement in ast.walk(ast.parse(source)):
-                if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
-                    comment = re.search(r"  # (.*)$", lines[(statement.end_lineno or 1) - 1])
-                    if comment:
-                        found[statement.target.id] = comment[1]
-            found |= described_arguments(base.__doc__ or "")
-    return found
