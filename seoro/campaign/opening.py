@@ -36,6 +36,7 @@ from seoro.campaign.store.folder import (
 )
 from seoro.campaign.strategies.choice import text_of
 from seoro.campaign.strategies.contract import Sampling, Strategy
+from seoro.embed.directives import requirements_of
 from seoro.embed.option_checks import check_options
 from seoro.embed.options import Options
 from seoro.embed.parameter_files import read_parameters
@@ -178,6 +179,7 @@ def new_campaign(
         version=__version__,
         until=asked.until,
         budget=asked.budget,
+        requirements=requirements_of(scenario, options.name),
         seeds=asked.seeds,
         parquet=asked.parquet,
         items=space.items,

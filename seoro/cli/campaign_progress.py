@@ -137,6 +137,7 @@ def print_status(folder: Path, *, as_json: bool = False) -> None:
         print_json(
             {
                 "scenario": campaign.manifest.shown,
+                "requirements": list(campaign.requirements),
                 "runs": state.tally.runs,
                 "planned": campaign.runs,
                 "ends": ends,
@@ -152,6 +153,8 @@ def print_status(folder: Path, *, as_json: bool = False) -> None:
     print(f"{campaign.manifest.shown}: {counts}{rate_text(state, is_complete=state.is_complete)}{pace}")
     if state.watch.stop is not None:
         print(f"  stopped: {state.watch.stop.reason}")
+    if campaign.requirements:
+        print(f"  requirements: {', '.join(campaign.requirements)}")
     repeated = [row for row in read_rows(folder) if row.id in ids.found] if ids.found else []
     for flaky in find_flaky(sorted(repeated, key=lambda row: row.run)):
         numbers = ", ".join(str(row.run) for row in flaky.rows)

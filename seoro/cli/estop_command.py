@@ -6,7 +6,7 @@ import argparse
 import os
 
 from seoro.cli.arguments import add_keys_argument, add_option
-from seoro.cli.lab_command import add_lab_arguments, emergency_stop
+from seoro.cli.lab_command import add_json_argument, add_lab_arguments, emergency_stop
 
 EXAMPLES = """examples:
   seoro estop
@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="robots to stop, by their names in the lab file or at their nodes (default: all)",
     )
     add_option(parser, "--reason TEXT", "reason, shown to all users of the lab", default="")
+    add_json_argument(parser)
     add_lab_arguments(parser)
     add_option(
         parser, "--executor ENDPOINT", "Zenoh endpoint of an executor or a router (default: SEORO_EXECUTOR)"

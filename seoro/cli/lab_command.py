@@ -7,6 +7,7 @@ import math
 import os
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -71,9 +72,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(release, "-y --yes", "with --all or --estop: do not ask for confirmation")
     stop = add_command(commands, "stop", "stop robots once (see `seoro estop` for the emergency stop)")
     stop.add_argument("robots", nargs="+", metavar="ROBOT", help="robots to stop")
+    for each in (lease, release, stop):
+        add_json_argument(each)
     for each in (status, lease, release, stop):
         add_lab_arguments(each)
         add_keys_argument(each)
+
+
+def add_json_argument(parser: Container) -> None:
+    """Declare `--json` of a request."""
+    add_option(parser, "--json", "print the outcomes as one JSON object")
 
 
 def add_lab_arguments(parser: Container) -> None:
@@ -138,6 +146,9 @@ async def _status(options: argparse.Namespace) -> int:
 
 async def _lease(options: argparse.Namespace) -> int:
     found = await _control(options).lease(*options.robots, duration=options.duration, purpose=options.purpose)
+    if options.json:
+        print(to_json(asdict(found)))
+        return Exit.PASSED
     until = time.strftime("%d %b %H:%M:%S", time.localtime(found.until))
     print(one_line(f"leased until {until}: {', '.join(found.robots)}"))
     print(f"use them with `seoro exec --lease {found.name}`; release them with `seoro lab release {found.name}`")
@@ -154,7 +165,7 @@ async def _release(options: argparse.Namespace) -> int:
         )
     if not options.robots:
         raise UsageError("expected robots, a lease or `--all`", help="`seoro lab status` lists robots and leases")
-    return _print_outcomes([await _control(options).release(name) for name in options.robots])
+    return _print_outcomes(options, [await _control(options).release(name) for name in options.robots])
 
 
 async def _release_stop(options: argparse.Namespace) -> int:
@@ -170,12 +181,12 @@ async def _release_stop(options: argparse.Namespace) -> int:
         _confirm(options.robots)
     control = _control(options)
     if options.all:
-        return _print_outcomes(await control.release_all(reason), quiet=default_endpoints(options))
-    return _print_outcomes(await control.release_estop(*options.robots, reason=reason))
+        return _print_outcomes(options, await control.release_all(reason), quiet=default_endpoints(options))
+    return _print_outcomes(options, await control.release_estop(*options.robots, reason=reason))
 
 
 async def _stop(options: argparse.Namespace) -> int:
-    return _print_outcomes(await _control(options).stop(*options.robots))
+    return _print_outcomes(options, await _control(options).stop(*options.robots))
 
 
 async def emergency_stop(options: argparse.Namespace, *more: str) -> int:
@@ -191,7 +202,7 @@ async def emergency_stop(options: argparse.Namespace, *more: str) -> int:
         if options.robots
         else await control.stop_all(options.reason)
     )
-    return _print_outcomes(stopped, quiet=default_endpoints(options))
+    return _print_outcomes(options, stopped, quiet=default_endpoints(options))
 
 
 def _confirm(robots: Sequence[str]) -> None:
@@ -215,14 +226,26 @@ def _control(options: argparse.Namespace, *more: str) -> LabControl:
     return LabControl(endpoints_of(options, *more), lab_of(options))
 
 
-def _print_outcomes(outcomes: Sequence[Outcome], *, quiet: Sequence[str] = ()) -> Exit:
+def _print_outcomes(
+    options: argparse.Namespace, outcomes: Sequence[Outcome], *, quiet: Sequence[str] = ()
+) -> Exit:
     """Print outcomes, except those of optional endpoints (`quiet`) that were not reached."""
     shown = [each for each in outcomes if each.display_name not in quiet]
+    is_reached = any(each.is_reached for each in outcomes)
+    failed = not is_reached or any(each.error for each in shown)
+    if options.json:
+        print(to_json({"outcomes": [_plain(each) for each in shown]}))
+        return Exit.ERROR if failed else Exit.PASSED
     for each in shown:
         took = f" ({each.elapsed * 1000:.0f} ms)" if math.isfinite(each.elapsed) else ""
         line = one_line(f"{each.display_name}: {each.error or each.done}{took}")
         print(f"{'FAILED ' if each.error else 'ok     '}{line}")
-    if not any(each.is_reached for each in outcomes):
+    if not is_reached:
         print("FAILED no node was reached; select the lab with `--lab` or `--connect`")
-        return Exit.ERROR
-    return Exit.ERROR if any(each.error for each in shown) else Exit.PASSED
+    return Exit.ERROR if failed else Exit.PASSED
+
+
+def _plain(outcome: Outcome) -> dict[str, object]:
+    """Return an outcome as JSON data, with null for an unknown time."""
+    elapsed = outcome.elapsed if math.isfinite(outcome.elapsed) else None
+    return {**asdict(outcome), "elapsed": elapsed}

@@ -146,7 +146,7 @@ def _add_list(kinds: Commands, listed: str) -> None:
 
 def _add_topics(topics: Commands) -> None:
     _add_list(topics, "topics")
-    _leaf(topics, "info", "show publishers and subscriptions with QoS", "topics.show_info", "TOPIC")
+    _add_json(_leaf(topics, "info", "show publishers and subscriptions with QoS", "topics.show_info", "TOPIC"))
     echo = _leaf(topics, "echo", "print messages as they arrive", "topics.echo", "TOPIC")
     rate = _leaf(topics, "hz", "measure the rate of messages", "topics.measure_rate", "TOPIC")
     for parser in (echo, rate):
@@ -154,6 +154,7 @@ def _add_topics(topics: Commands) -> None:
         _add_qos(parser, "that of the publishers")
         add_option(parser, "-n --count N", "end after N messages", default=0)
     add_option(rate, "--window N", "use only the last N messages", default=0)
+    add_option(rate, "--json", "print a JSON object once a second: rate [Hz], bandwidth [byte/s], intervals [s]")
     add_option(echo, "--field PATH", "print this field only: `pose.position.x`, `ranges.0`")
     _add_form(echo)
     publishing = _leaf(topics, "pub", "publish a message", "topics.publish", "TOPIC")

@@ -24,19 +24,13 @@ scenario main:
 """
 
 
-def generate(folder: Path, runs: int) -> None:
-    """Write a campaign whose runs fail for large loads, and more often on slippery ground.
-
-    Args:
-        folder: Empty folder for the campaign.
-        runs: Number of rows.
-    """
-    (folder / RUNS).mkdir()
+def campaign_of(runs: int) -> CampaignFile:
+    """Return the `campaign.json` of a sample."""
     file = BundleFile(path="maze.osc", hash="0" * 64, size=1)
     manifest = Manifest(
         files=(file,), entry="maze.osc", shown="maze.osc", options=BundledOptions(overrides={}, grace=5.0)
     )
-    campaign = CampaignFile(
+    return CampaignFile(
         manifest=manifest,
         strategy=StrategyText(name="random", options={}),
         runs=runs,
@@ -49,7 +43,17 @@ def generate(folder: Path, runs: int) -> None:
         version="0",
         is_sample=True,
     )
-    write_campaign(folder, campaign)
+
+
+def generate(folder: Path, runs: int) -> None:
+    """Write a campaign whose runs fail for large loads, and more often on slippery ground.
+
+    Args:
+        folder: Empty folder for the campaign.
+        runs: Number of rows.
+    """
+    (folder / RUNS).mkdir()
+    write_campaign(folder, campaign_of(runs))
     with (folder / RUNS / "worker.jsonl").open("w") as shard, (folder / ASKED).open("w") as asked:
         for row in rows(runs):
             shard.write(row.to_line())

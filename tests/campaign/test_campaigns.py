@@ -95,6 +95,24 @@ def test_each_possible_combination_is_run_once(write: Write, capsys: pytest.Capt
     assert properties["parameter.noise"] == "0.2"
 
 
+def test_requirements_are_in_all_results(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    file = Path(write("0s"))
+    file.write_text("# seoro: requirement REQ-12, REQ-<13>\n" + file.read_text())
+    assert main(["campaign", "run", str(file), *VIRTUAL]) == 1
+    cases = Xml.parse("out/test.xml").getroot().findall(".//testcase")
+    named = [
+        [each.get("value") for each in case.iter("property") if each.get("name") == "requirement"]
+        for case in cases
+    ]
+    assert named == [["REQ-12", "REQ-<13>"]] * 3
+    assert "<dd>REQ-12, REQ-&lt;13&gt;</dd>" in Path("out/report.html").read_text()
+    capsys.readouterr()
+    assert main(["campaign", "status", "out"]) == 0
+    assert "  requirements: REQ-12, REQ-<13>\n" in capsys.readouterr().out
+    main(["campaign", "status", "--json", "out"])
+    assert json.loads(capsys.readouterr().out)["requirements"] == ["REQ-12", "REQ-<13>"]
+
+
 @pytest.mark.slow
 def test_the_same_runs_result_from_other_workers(write: Write) -> None:
     tables = []
@@ -198,7 +216,7 @@ def test_the_status_of_a_running_campaign_has_its_pace(
     assert "valid at any time" not in complete and "left" not in complete
     assert main(["campaign", "status", "out", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {
-        "scenario": "main.osc", "runs": 6, "planned": 6, "ends": {"passed": 6},
+        "scenario": "main.osc", "requirements": [], "runs": 6, "planned": 6, "ends": {"passed": 6},
         "is_running": False, "is_complete": True, "stopped": None,
     }  # fmt: skip
     [shard] = shards_of(Path("out"))

@@ -13,7 +13,7 @@ from seoro.campaign.store import index
 from seoro.campaign.store.folder import COORDINATOR, RUNS
 from seoro.campaign.store.index import RowIndex
 from seoro.errors import UsageError
-from tests.campaign.generated import row, store
+from tests.campaign.generated import campaign_of, row, store
 
 
 def test_rows_are_in_the_order_of_their_runs_once_each(tmp_path: Path) -> None:
@@ -56,6 +56,6 @@ def test_columns_of_later_runs_are_in_the_table(tmp_path: Path, monkeypatch: pyt
 def test_junit_prefers_runs_that_did_not_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(junit, "MOST_CASES", 3)
     store(tmp_path, "w1", [row(n, End.FAILED if n in (4, 6) else End.PASSED) for n in range(1, 8)])
-    suites = Xml.parse(write_junit(RowIndex(tmp_path), tmp_path, "maze.osc")).getroot()
+    suites = Xml.parse(write_junit(RowIndex(tmp_path), tmp_path, campaign_of(7))).getroot()
     names = [str(case.get("name")).partition(":")[0] for case in suites.iter("testcase")]
     assert names == ["1", "4", "6"] and suites.get("failures") == "2"

@@ -142,6 +142,14 @@ def test_rates_are_measured(ros: Ros) -> None:
     assert out.rstrip().endswith("window 20")
 
 
+def test_rates_are_measured_for_programs(ros: Ros) -> None:
+    _, out, _ = ros("topic", "hz", "/chatter", "-n", "20", "--json")
+    found = [json.loads(line) for line in out.splitlines()]
+    assert 5.0 < found[-1]["rate"] < 100.0
+    assert found[-1]["messages"] == 20
+    assert found[-1]["shortest"] <= 1.0 / found[-1]["rate"] <= found[-1]["longest"]
+
+
 def test_bursts_are_shown_whole_whatever_their_publisher_keeps(ros: Ros) -> None:
     status, out, err = ros("topic", "echo", "/burst", "--field", "data", "-n", "100")
     assert (status, err) == (0, "")
@@ -154,6 +162,15 @@ def test_info_shows_quality_of_service_and_definitions(ros: Ros) -> None:
     assert out.splitlines()[0] == "1 publisher"
     assert "/robot" in out
     assert "best_effort, volatile, keeps last 5  same definition" in out
+
+
+def test_info_is_printed_for_programs(ros: Ros) -> None:
+    _, out, _ = ros("topic", "info", "/scan", "--json")
+    found = json.loads(out)
+    assert (found["topic"], found["type"], found["subscriptions"]) == ("/scan", "sensor_msgs/msg/LaserScan", [])
+    [publisher] = found["publishers"]
+    assert (publisher["node"], publisher["definition"]) == ("/robot", "same definition")
+    assert (publisher["qos"]["reliability"], publisher["qos"]["depth"]) == ("best_effort", 5)
 
 
 def test_messages_are_published(ros: Ros, robot: Robot) -> None:

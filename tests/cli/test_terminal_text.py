@@ -75,7 +75,8 @@ def test_names_of_nodes_cannot_forge_lines(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Names of nodes come from the network, too."""
-    assert _print_outcomes([Outcome("tcp/x", FORGED, error=FORGED), Outcome("tcp/x", FORGED, done=FORGED)]) == 3
+    outcomes = [Outcome("tcp/x", FORGED, error=FORGED), Outcome("tcp/x", FORGED, done=FORGED)]
+    assert _print_outcomes(Namespace(json=False), outcomes) == 3
     assert capsys.readouterr().out == f"FAILED {LINE}: {LINE}\nok     {LINE}: {LINE}\n"
 
     async def nothing(*_: object) -> None:

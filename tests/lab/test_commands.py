@@ -62,6 +62,19 @@ def test_a_lease_covers_all_robots_or_none_and_is_released_by_its_id(
     assert f"unknown lease or leased robot '{name}'" in err
 
 
+def test_requests_are_answered_for_programs(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    at = ("--json", "--lab", str(lab))
+    lease = json.loads(seoro(capsys, "lab", "lease", "cart2", *at)[1])
+    assert lease["robots"] == ["cart2"]
+    for arguments in (("release", lease["name"]), ("stop", "cart2")):
+        status, out, _ = seoro(capsys, "lab", *arguments, *at)
+        [outcome] = json.loads(out)["outcomes"]
+        assert (status, outcome["error"], outcome["is_reached"], outcome["elapsed"]) == (0, "", True, None)
+    status, out, _ = seoro(capsys, "estop", "train", *at)
+    assert status == 3
+    assert any("unknown robot" in each["error"] for each in json.loads(out)["outcomes"])
+
+
 def test_an_emergency_stop_is_listed_and_released_with_a_reason(
     lab: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -206,6 +206,7 @@ def making(summary: Summary, campaign: CampaignFile) -> Iterator[str]:
     options = ", ".join(f"{name} {value}" for name, value in campaign.strategy.options.items())
     facts = {
         "Scenario": campaign.manifest.shown,
+        **({"Requirements": ", ".join(campaign.requirements)} if campaign.requirements else {}),
         "Strategy": f"{campaign.strategy.name}{f' ({options})' if options else ''}, seed {campaign.seed}",
         "Repeats": str(campaign.repeat),
         "Simulator": campaign.simulator or "none",

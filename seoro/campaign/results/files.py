@@ -29,4 +29,4 @@ def write_results(folder: Path) -> list[Path]:
     campaign, rows = read_campaign(folder), RowIndex(folder)
     table = write_table(rows, folder)
     converted = [write_parquet(table)] if is_parquet_installed() else []
-    return [write_report(folder), table, *converted, write_junit(rows, folder, campaign.manifest.shown)]
+    return [write_report(folder), table, *converted, write_junit(rows, folder, campaign)]

@@ -80,6 +80,7 @@ class CampaignFile(BaseModel):
         items: Definitions of the `cover` items of the scenario.
         is_sample: Whether the runs are a sample, so that their pass rate estimates a probability.
         is_extended: Whether the number of runs was changed after the start.
+        requirements: Names of requirements that the scenario covers.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -101,6 +102,7 @@ class CampaignFile(BaseModel):
     items: tuple[CoveredItem, ...] = ()
     is_sample: bool = False
     is_extended: bool = False
+    requirements: tuple[str, ...] = ()
 
     @property
     def has_fixed_runs(self) -> bool:

@@ -9,6 +9,8 @@ import time
 from collections import deque
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
+from dataclasses import asdict
+from enum import Enum
 from itertools import pairwise
 from typing import Any
 
@@ -42,7 +44,12 @@ async def show_info(options: argparse.Namespace) -> int:
         publishers, subscriptions = (
             node.others(found) for found in (node.graph.publishers(topic), node.graph.subscriptions(topic))
         )
-        _topic_type(node, topic, None)
+        types = _topic_type(node, topic, None)
+        if options.json:
+            ends = {"publishers": publishers, "subscriptions": subscriptions}
+            parts = {name: [_plain(node, each) for each in found] for name, found in ends.items()}
+            print(as_json({"topic": topic, "type": types, **parts}))
+            return Exit.PASSED
         for name, found in (("publisher", publishers), ("subscription", subscriptions)):
             print(count_of(len(found), name))
             if found:
@@ -58,6 +65,20 @@ def _topic_type(node: RosNode, topic: str, given: str | None) -> str:
 def _described(node: RosNode, endpoint: Endpoint) -> list[str]:
     owner = "behind the bridge" if endpoint.node is None else endpoint.node.full_name
     return [owner, endpoint.type, _qos_text(endpoint.qos), _agreement(node, endpoint)]
+
+
+def _plain(node: RosNode, endpoint: Endpoint) -> dict[str, Any]:
+    """Return an endpoint as JSON data: durations of QoS are in nanoseconds, None for infinite ones."""
+    return {
+        "node": None if endpoint.node is None else endpoint.node.full_name,
+        "type": endpoint.type,
+        "qos": None if endpoint.qos is None else asdict(endpoint.qos, dict_factory=_values),
+        "definition": _agreement(node, endpoint),
+    }
+
+
+def _values(items: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {name: value.value if isinstance(value, Enum) else value for name, value in items}
 
 
 def _qos_text(qos: Qos | None) -> str:
@@ -113,21 +134,35 @@ async def measure_rate(options: argparse.Namespace) -> int:
             count += 1
             if (now := time.monotonic()) - reported >= REPORT or count == options.count:
                 reported = now
-                print(_rate(arrivals, sizes), flush=True)
+                found = _rate(arrivals, sizes)
+                print(as_json(found) if options.json else _rate_text(found), flush=True)
             if count == options.count:
                 break
     return Exit.PASSED
 
 
-def _rate(arrivals: deque[int], sizes: deque[int]) -> str:
-    moments = list(arrivals)
-    gaps = [(later - earlier) / 1e9 for earlier, later in pairwise(moments)]
+def _rate(arrivals: deque[int], sizes: deque[int]) -> dict[str, float]:
+    """Return the rate [Hz], its bandwidth [byte/s], intervals [s] and messages; only the last one at first."""
+    gaps = [(later - earlier) / 1e9 for earlier, later in pairwise(arrivals)]
     if not gaps or sum(gaps) <= 0.0:
-        return "waiting for a second message"
+        return {"messages": len(arrivals)}
     rate = len(gaps) / sum(gaps)
+    return {
+        "rate": rate,
+        "bandwidth": rate * statistics.fmean(sizes),
+        "shortest": min(gaps),
+        "longest": max(gaps),
+        "deviation": statistics.pstdev(gaps),
+        "messages": len(arrivals),
+    }
+
+
+def _rate_text(found: Mapping[str, float]) -> str:
+    if "rate" not in found:
+        return "waiting for a second message"
     return (
-        f"{rate:.3f} Hz, {rate * statistics.fmean(sizes) / 1e3:.1f} kB/s; interval {min(gaps):.4f} to "
-        f"{max(gaps):.4f} s, standard deviation {statistics.pstdev(gaps):.4f} s, window {len(moments)}"
+        f"{found['rate']:.3f} Hz, {found['bandwidth'] / 1e3:.1f} kB/s; interval {found['shortest']:.4f} to "
+        f"{found['longest']:.4f} s, standard deviation {found['deviation']:.4f} s, window {found['messages']}"
     )
 
 
