@@ -11,7 +11,7 @@ from sim_nodes.views import Lens, NoRendering, View
 FOLDER = Path(__file__).parent
 QUICK_IN_BOTH = "bump"  # `make test` has it in PyBullet, too
 MORE = ("docking", "faulty_cameras", "faulty_lidar", "spotting")
-MORE_IN_PYBULLET = "obstacle"
+MORE_IN_PYBULLET = ("obstacle", *(path.stem for path in (FOLDER / "cookbook").glob("*.osc")))
 
 
 @pytest.hookimpl(tryfirst=True)  # before `-m` selects
@@ -21,7 +21,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if not item.path.is_relative_to(FOLDER):
             continue
         in_pybullet = item.name.endswith("[pybullet]")
-        if item.path.stem in MORE or (in_pybullet and item.path.stem == MORE_IN_PYBULLET):
+        if item.path.stem in MORE or (in_pybullet and item.path.stem in MORE_IN_PYBULLET):
             item.add_marker(pytest.mark.more)
         elif in_pybullet and item.path.stem != QUICK_IN_BOTH:
             item.add_marker(pytest.mark.slow)

@@ -12,6 +12,7 @@ from typing import Final
 
 from tests.tools.reference.codes import codes
 from tests.tools.reference.commands import commands
+from tests.tools.reference.cookbook import cookbook
 from tests.tools.reference.libraries import libraries
 from tests.tools.reference.robots import referenced_robots
 from tests.tools.reference.ros_errors import moveit_error_codes, nav2_error_codes
@@ -31,6 +32,7 @@ GENERATORS: Final[Mapping[str, Callable[[], str]]] = {
     "campaign file": campaign_file,
     "codes": codes,
     "commands": commands,
+    "cookbook": cookbook,
     "executor verbs": executor_verbs,
     "lab file": lab_file,
     "libraries": libraries,
