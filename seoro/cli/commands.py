@@ -20,6 +20,7 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
         "fmt": "format scenario files (coding style guide of the standard)",
         "migrate": "rewrite scenario files that were written for scenario_execution",
         "explain": "explain error codes, with examples",
+        "doc": "show the documentation of libraries, actions, modifiers, types and units",
         "schema": "print JSON Schemas of world, lab, robot and other files, for editors",
         "lsp": "run the language server for editors (diagnostics, completion, hover, definitions)",
         "dap": "run a debug adapter for editors (breakpoints, steps, variables)",

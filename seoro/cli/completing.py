@@ -86,6 +86,16 @@ def _codes(**_: Any) -> Iterable[str]:
     return {each.code: each.title for each in explanations()}
 
 
+def _symbols(prefix: str, **_: Any) -> Iterable[str]:
+    from seoro.cli.documentation.reading import known_libraries, read_libraries  # noqa: PLC0415 - parser and checks
+    from seoro.cli.documentation.searching import known_names  # noqa: PLC0415 - the same
+
+    files = known_libraries(Path.cwd())
+    names = known_names(read_libraries(files, Path.cwd())) if prefix else []
+    short = {each.rpartition(".")[2] for each in names}
+    return [*files, *names, *short, *FilesCompleter((SUFFIX[1:],))(prefix)]
+
+
 def _scenarios(parsed_args: argparse.Namespace, **_: Any) -> Iterable[str]:
     return [symbol.name for symbol in _declared(parsed_args)]
 
@@ -116,4 +126,5 @@ _COMPLETERS: Final[dict[str, Completer]] = {
     "RUN": _runs,
     "SCHEMA": lambda **_: SCHEMAS,
     "SIMULATOR": lambda **_: _ENGINES,
+    "SYMBOL": _symbols,
 }

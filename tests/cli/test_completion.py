@@ -58,6 +58,9 @@ def completed(line: str, place: Path) -> list[str]:
         ("seoro exec two.osc --on ", ["lab-a"]),
         ("seoro get ", ["3f2a"]),
         ("seoro explain E0312", ["E0312"]),
+        ("seoro doc osc.nav", ["osc.nav2"]),
+        ("seoro doc nav_to_po", ["nav_to_pose"]),
+        ("seoro schema wo", ["world"]),
         ("seoro sim p", ["pybullet"]),
     ],
 )

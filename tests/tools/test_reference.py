@@ -37,7 +37,7 @@ def test_the_code_page_has_all_codes() -> None:
 
 def test_the_library_page_names_parameters_with_their_defaults() -> None:
     text = GENERATORS["libraries"]()
-    assert "`action differential_drive_robot.drive(linear: speed = 0mps" in text
+    assert "`differential_drive_robot.drive(linear: speed = 0mps" in text
     assert "## osc.helpers" in text
 
 

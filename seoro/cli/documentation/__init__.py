@@ -1,0 +1,1 @@
+"""Documentation of libraries: their declarations with types, units, defaults and meanings, as data and as text."""
