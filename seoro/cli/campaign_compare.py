@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from seoro.campaign.comparison.comparing import MARGIN, Comparison, Outcome, compare
+from seoro.campaign.comparison.data import comparison_data
 from seoro.campaign.comparison.measurements import MeasurementChange
 from seoro.campaign.comparison.pairs import Pair
 from seoro.campaign.comparison.text import number_text, p_text, verdict_lines
@@ -48,7 +49,7 @@ def run_compare(options: argparse.Namespace) -> int:
         with write_errors(options.output):
             write_comparison(found, options.output)
     if options.json:
-        print(to_json(_plain(found)))
+        print(to_json(comparison_data(found)))
     else:
         print("\n".join(_lines(found)))
         if options.output is not None:
@@ -91,49 +92,3 @@ def _changes(measurements: Sequence[MeasurementChange]) -> Iterator[str]:
         )
         lines.append((each.name, before, after, change, f"{low} to {high}", p_text(each.p)))
     yield table(lines, indent="  ", right={1, 2, 3, 4, 5})
-
-
-def _plain(found: Comparison) -> dict[str, object]:
-    return {
-        "outcome": found.outcome.value,
-        "reason": found.reason,
-        "margin": found.margin,
-        "is_paired": found.is_paired,
-        "before": {"folder": str(found.before), "passed": found.counts[0][0], "runs": found.counts[0][1]},
-        "after": {"folder": str(found.after), "passed": found.counts[1][0], "runs": found.counts[1][1]},
-        "p": found.p,
-        "drop_bound": found.drop_bound,
-        "is_fixed": found.is_fixed,
-        "pairs": len(found.joined.pairs),
-        "equal": found.equal,
-        "newly_failing": [_plain_pair(found, pair) for pair in found.failing],
-        "newly_passing": [_plain_pair(found, pair) for pair in found.passing],
-        "lost": [_plain_pair(found, pair) for pair in found.lost],
-        "measurements": [
-            {
-                "name": each.name,
-                "variants": each.variants,
-                "before": each.before,
-                "after": each.after,
-                "change": each.change,
-                "low": each.bounds.low,
-                "high": each.bounds.high,
-                "p": each.p,
-            }
-            for each in found.measurements
-        ],
-        "differences": [
-            {"name": each.name, "before": each.before, "after": each.after} for each in found.differences
-        ],
-    }
-
-
-def _plain_pair(found: Comparison, pair: Pair) -> dict[str, object]:
-    return {
-        "values": pair.values,
-        "seed": pair.seed,
-        "before": pair.before.run,
-        "after": pair.after.run,
-        "reason": pair.reason,
-        "command": found.command(pair),
-    }

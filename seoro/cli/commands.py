@@ -23,6 +23,7 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
         "doc": "show the documentation of libraries, actions, modifiers, types and units",
         "schema": "print JSON Schemas of world, lab, robot and other files, for editors",
         "lsp": "run the language server for editors (diagnostics, completion, hover, definitions)",
+        "mcp": "serve scenarios and results to agents (Model Context Protocol)",
         "dap": "run a debug adapter for editors (breakpoints, steps, variables)",
     },
     "look at runs": {

@@ -10,6 +10,7 @@ from seoro.cli.main import main
     ("arguments", "package", "extra"),
     [
         (["lsp"], "pygls", "lsp"),
+        (["mcp"], "mcp", "mcp"),
         (["ui"], "starlette", "ui"),
         (["bag", "x.mcap"], "mcap", "ros2"),
         (["ros", "topic", "list"], "mcap", "ros2"),
