@@ -1,7 +1,7 @@
 """Make the pictures of the documentation anew: `python docs/pictures.py`, or `make pictures`.
 
-Each picture is an output of a run in MuJoCo with a fixed seed. The heat map of the localisation experiment comes
-from a campaign of 360 runs.
+Each picture is an output of a run in MuJoCo with a fixed seed. Those of the tutorial are of files on its pages.
+The heat map of the localisation experiment comes from a campaign of 360 runs.
 """
 
 from __future__ import annotations
@@ -10,14 +10,22 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from PIL import Image
 
-SEORO: Final = str(Path(sys.executable).with_name("seoro"))
 ROOT: Final = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tests.tools.code_blocks import blocks_in  # noqa: E402
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+SEORO: Final = str(Path(sys.executable).with_name("seoro"))
 IMAGES: Final = ROOT / "docs" / "images"
 SIZE: Final = (320, 240)  # [pixels] of each phase of `pick_and_place`
 
@@ -47,46 +55,61 @@ def plot(scenario: str, world: str) -> Callable[[Path], Path]:
     return draw
 
 
+def tutorial(page: str, scenario: str) -> Callable[[Path], Path]:
+    """Return a function that runs a scenario of a page of the tutorial, and returns the plot of the run."""
+
+    def draw(folder: Path) -> Path:
+        _write_files(page, folder)
+        for script in folder.glob("draw_*.py"):
+            _call(sys.executable, script.name, folder=folder)
+        _call(SEORO, "exec", scenario, "--rate", "max", "--seed", "1", "-o", "out", folder=folder)
+        return folder / "out" / "top_down.png"
+
+    return draw
+
+
+def sweep(folder: Path) -> Path:
+    """Return a picture of the first charts of the sweep of the tutorial."""
+    _write_files("many_runs", folder)
+    options = ("--strategy", "latin", "--runs", "20", "--rate", "max", "--seed", "1", "-o", "sweep")
+    _call(SEORO, "campaign", "run", "dodge.osc", *options, statuses=(1,), folder=folder)
+    path = folder / "many_runs.png"
+    with _browsing(height=1000) as page:
+        page.goto((folder / "sweep" / "report.html").as_uri())
+        page.wait_for_timeout(500)  # the charts are drawn
+        page.screenshot(path=path)
+    return path
+
+
 def report(folder: Path) -> Path:
     """Return a picture of the report of the obstacle scenario, at a time when the robot drives."""
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - for this picture only
-
     run(folder, "scenarios/navigation/obstacle.osc", "maze")
     _call(SEORO, "report", str(folder))
     path = folder / "report.png"
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-        page = chromium.new_page(viewport={"width": 1280, "height": 1060}, color_scheme="light")
+    with _browsing(height=1060) as page:
         page.goto((folder / "report.html").as_uri())
         page.locator("html[data-ready]").wait_for(state="attached")
         page.get_by_label("Time in seconds").fill("18")
         page.get_by_label("Time in seconds").press("Enter")
         page.wait_for_timeout(500)  # the map is drawn
         page.screenshot(path=path)
-        chromium.close()
     return path
 
 
 def pages(folder: Path) -> Path:
     """Return a picture of the page of the obstacle scenario in `seoro ui`."""
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - for this picture only
-
     run(folder, "scenarios/navigation/obstacle.osc", "maze")
     path = folder / "ui.png"
     command = (SEORO, "ui", str(folder), "--port", "0")
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as site, sync_playwright() as playwright:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as site, _browsing(height=900) as page:
         try:
             assert site.stdout is not None
-            url = next(line.strip() for line in site.stdout if "token=" in line)
-            chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
-            page = chromium.new_page(viewport={"width": 1280, "height": 900}, color_scheme="light")
-            page.goto(url)
+            page.goto(next(line.strip() for line in site.stdout if "token=" in line))
             page.get_by_role("link", name="example_simulation").click()
             page.get_by_label("Time in seconds").fill("18")
             page.get_by_label("Time in seconds").press("Enter")
             page.wait_for_timeout(1000)  # the map is drawn
             page.screenshot(path=path)
-            chromium.close()
         finally:
             site.terminate()
     return path
@@ -121,6 +144,11 @@ def localisation(folder: Path) -> Path:
 PICTURES: Final[Mapping[str, Callable[[Path], Path]]] = {
     "obstacle": plot("scenarios/navigation/obstacle.osc", "maze"),
     "two_robots": plot("scenarios/experiments/two_robots.osc", "hall"),
+    "first_drive": tutorial("first_scenario", "drive.osc"),
+    "my_map": tutorial("my_map", "tour.osc"),
+    "first_robot": tutorial("first_robot", "yard.osc"),
+    "own_action": tutorial("own_action", "rounds.osc"),
+    "many_runs": sweep,
     "workshop": plot("examples/workshop/deliver.osc", "examples/workshop/workshop.yaml"),
     "report": report,
     "ui": pages,
@@ -130,9 +158,29 @@ PICTURES: Final[Mapping[str, Callable[[Path], Path]]] = {
 }
 
 
-def _call(*arguments: str, statuses: Sequence[int] = (0,)) -> None:
-    """Run a command in the project's root; raises `CalledProcessError` for other exit statuses."""
-    done = subprocess.run(arguments, cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
+def _write_files(page: str, folder: Path) -> None:
+    """Write the files that a page of the tutorial shows."""
+    for block in blocks_in(ROOT / "docs" / "tutorial" / f"{page}.md"):
+        if block.name:
+            path = folder / block.name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(block.text)
+
+
+@contextmanager
+def _browsing(height: int) -> Iterator[Page]:
+    """Open a page of Chromium, 1280 pixels wide and `height` pixels high."""
+    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - for some pictures only
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        yield chromium.new_page(viewport={"width": 1280, "height": height}, color_scheme="light")
+        chromium.close()
+
+
+def _call(*arguments: str, statuses: Sequence[int] = (0,), folder: Path = ROOT) -> None:
+    """Run a command in a folder; raises `CalledProcessError` for other exit statuses."""
+    done = subprocess.run(arguments, cwd=folder, stdout=subprocess.DEVNULL, check=False)
     if done.returncode not in statuses:
         raise subprocess.CalledProcessError(done.returncode, arguments)
 

@@ -49,6 +49,9 @@ EXAMPLES = {  # names that only illustrate a rule
     "docs/how-to/pytest.md": {"far.yaml"},
     "docs/how-to/simulate.md": {"name.png"},
     "docs/how-to/worlds.md": {"garden/pots/small.sdf"},
+    "docs/tutorial/many_runs.md": {
+        *("warehouse/scenarios/deliver.osc", "warehouse/.github/workflows/scenarios.yml"),  # made by a command
+    },
 }
 OTHERS = frozenset(  # options of other programs
     {

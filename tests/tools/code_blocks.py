@@ -49,7 +49,10 @@ class Block(NamedTuple):
     @property
     def needs_simulator(self) -> bool:
         """Whether a command of it starts a simulator."""
-        return self.language == "console" and re.search(r"--sim |--lab |--rate max", self.text) is not None
+        return (
+            self.language == "console"
+            and re.search(r"--sim |--lab |--rate max|seoro test ", self.text) is not None
+        )
 
 
 def blocks_in(page: Path) -> Iterator[Block]:
