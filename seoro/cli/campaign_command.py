@@ -16,10 +16,12 @@ from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End
 from seoro.campaign.session import Campaign
 from seoro.campaign.starting import reopened
+from seoro.campaign.store.folder import CAMPAIGN
 from seoro.cli.arguments import add_command, add_option
 from seoro.cli.campaign_after import AFTER, add_after
 from seoro.cli.campaign_compare import add_compare, run_compare
 from seoro.cli.campaign_coverage import add_coverage, print_coverage
+from seoro.cli.campaign_end import CampaignEnd
 from seoro.cli.campaign_file import is_campaign_file, use_campaign_file
 from seoro.cli.campaign_import import add_import, import_vast
 from seoro.cli.campaign_interruption import Interruption
@@ -31,9 +33,11 @@ from seoro.cli.campaign_stopping import add_stopping, status_of_test
 from seoro.cli.campaign_strategies import add_strategies
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import count, write_errors
+from seoro.cli.notifying import add_notify_argument, notifying, use_notify
 from seoro.cli.run_arguments import add_run_arguments, settings_of
 from seoro.concurrency.background import background
 from seoro.embed import load
+from seoro.lang.projects import settings_around
 
 EXAMPLES = """examples:
   seoro campaign run noise.osc --sim mujoco --rate max -o out/
@@ -96,6 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(resume, "--runs N", "new number of runs")
     for each in (run_it, resume):
         add_places(each)
+        add_notify_argument(each)
     status = add_command(commands, "status", "show how far a campaign is")
     status.add_argument("folder", metavar="FOLDER", type=Path, help="folder of the campaign")
     add_option(status, "--json", "print one JSON object")
@@ -126,6 +131,9 @@ def run(options: argparse.Namespace) -> int:
         return Exit.PASSED
     if options.what == "run" and is_campaign_file(options.file):
         use_campaign_file(options)
+    use_notify(
+        options, settings_around(Path(options.file) if options.what == "run" else options.folder / CAMPAIGN)
+    )
     return anyio.run(_run if options.what == "run" else _resume, options)
 
 
@@ -151,7 +159,14 @@ async def _resume(options: argparse.Namespace) -> int:
 
 
 async def _carry_out(campaign: Campaign, places: Places, options: argparse.Namespace) -> int:
-    """Carry out a campaign, and write its results, also when it is interrupted."""
+    """Carry out a campaign, write its results, and notify, also when it is interrupted."""
+    end = CampaignEnd(campaign)
+    with notifying(options, "campaign", end.content):
+        end.status = await _work(campaign, places, options)
+    return end.status
+
+
+async def _work(campaign: Campaign, places: Places, options: argparse.Namespace) -> Exit:
     file, varying = campaign.campaign, count(len(campaign.space.axes), "parameter")
     print(f"{file.manifest.shown}: {file.strategy.name} over {varying}, {seeds_text(file)}", flush=True)
     progress, interrupted = Progress(campaign.state), Interruption(campaign)

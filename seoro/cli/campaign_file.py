@@ -25,7 +25,7 @@ _SIMULATOR: Final = {  # keys of `simulator` by option
     "sim": "name", "connect": "connect", "world": "world", "rate": "rate", "from-snapshot": "snapshot",
     "model-path": "model_path",
 }  # fmt: skip
-_OF_THE_COMMAND: Final = ("debug", "emit", "help", "keys", "list", "overwrite", "scenario")
+_OF_THE_COMMAND: Final = ("debug", "emit", "help", "keys", "list", "notify", "overwrite", "scenario")
 _EXCLUSIVE: Final = (("sim", "lab", "connect"), ("video_follow", "video_camera"))
 _MAIN: Final = {"grid": "levels", "pairwise": "strength"}  # option for the value of a strategy, else the runs
 

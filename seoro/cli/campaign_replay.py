@@ -14,6 +14,7 @@ from seoro.campaign.store.folder import REPLAYED, TRACE
 from seoro.cli import exec_command
 from seoro.cli.arguments import Commands, Parser, add_command, add_option, option_texts
 from seoro.cli.exit_status import Exit
+from seoro.cli.results import ResultFiles
 from seoro.cli.video_arguments import VIEWS, add_video_arguments
 from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
@@ -61,7 +62,8 @@ def _exec(found: FoundRun, options: argparse.Namespace) -> int:
     exec_command.add_arguments(parser)
     words = words_of_run(found.campaign, found.planned)
     words += option_texts(options, ["output_dir", "live_tree", "record_video", *VIEWS.values()])
-    return run_local(parser.parse_args(words))
+    options = parser.parse_args(words)
+    return run_local(options, ResultFiles(options))
 
 
 def _compare_verdicts(found: FoundRun, status: int) -> Exit:

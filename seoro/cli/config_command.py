@@ -83,7 +83,8 @@ def _row(key: str, project: Project | None, directives: Directives) -> _Row:
     if of_file is not None:
         return _Row(key, of_file, "the scenario file")
     if project is not None and key in project.values:
-        return _Row(key, project.values[key], project.file.name)
+        value = project.values[key]
+        return _Row(key, f"({len(value)} not shown)" if SETTINGS[key].is_secret else value, project.file.name)
     return _Row(key, _DEFAULTS.get(key), "default")
 
 

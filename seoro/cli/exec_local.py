@@ -29,9 +29,8 @@ from seoro.runtime.trace.records import write_error_text
 _FLUSH_TIME = 2.0  # [s] for pending output when the run is dropped
 
 
-def run_local(options: argparse.Namespace) -> int:
+def run_local(options: argparse.Namespace, files: ResultFiles) -> int:
     """Run the command."""
-    files = ResultFiles(options)
     try:
         with files.writing_refusals():
             with _terminable():

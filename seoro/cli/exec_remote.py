@@ -22,9 +22,8 @@ from seoro.embed.option_checks import check_options
 from seoro.embed.scenarios import Scenario, check_file
 
 
-def run_remote(options: argparse.Namespace) -> int:
+def run_remote(options: argparse.Namespace, files: ResultFiles) -> int:
     """Run the command."""
-    files = ResultFiles(options)
     with files.writing_refusals(), TemporaryDirectory() as folder:
         scenario, contents = _read(options, Path(folder))
         limit = use_file_settings(options, scenario).limit

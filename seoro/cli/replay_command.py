@@ -6,6 +6,7 @@ import argparse
 
 from seoro.cli.arguments import add_keys_argument
 from seoro.cli.exec_command import add_local_arguments
+from seoro.cli.results import ResultFiles
 from seoro.cli.trace_input import read_records
 from seoro.embed.api import recorded_options
 
@@ -40,4 +41,4 @@ def run(options: argparse.Namespace) -> int:
     options.clock = options.clock or recorded["clock"]
     options.set = [*(f"{path}={value}" for path, value in recorded["overrides"].items()), *options.set]
     options.constrain = [*recorded["constraints"], *options.constrain]
-    return run_local(options)
+    return run_local(options, ResultFiles(options))

@@ -103,8 +103,9 @@ class RunReport:
         print_reason(verdict)
         if location:
             print(traceback.rstrip() if self._options.debug else location, file=sys.stderr)
+        self._files.result = found = result(verdict, parameters, written)
         if self._options.json:
-            print_json(result(verdict, parameters, written))
+            print_json(found)
         return self.interrupted or Exit.of_run(verdict.status)
 
 

@@ -48,6 +48,9 @@ class ResultFiles:
 
     Args:
         options: Options with `trace`, `junit` and `output_dir`.
+
+    Attributes:
+        result: Result of the run as JSON data; None while it has none.
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
@@ -63,6 +66,7 @@ class ResultFiles:
         self._is_claimed = False
         self._are_inputs = False
         self.traces: list[JsonLines] = []  # observers
+        self.result: dict[str, Any] | None = None
 
     @contextmanager
     def open(self) -> Iterator[None]:
@@ -204,7 +208,7 @@ class ResultFiles:
     def _write_unrun(self, file: str, error: SeoroError) -> None:
         from seoro.cli.terminal import error_text  # noqa: PLC0415 - imports this module
 
-        found = unrun(file, error)
+        self.result = found = unrun(file, error)
         self._remove_empty_traces()
         if self._options.json and self._options.trace != STDOUT:
             print_json(found)

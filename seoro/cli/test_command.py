@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from seoro.cli.arguments import TEXT, add_option, add_output_format
 from seoro.cli.exit_status import Exit
+from seoro.cli.notifying import add_notify_argument, notifying, use_notify
 from seoro.cli.packages import require
 from seoro.cli.shards import Shard
 from seoro.errors import UsageError
@@ -57,6 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_option(parser, "--requirements", "list requirements with the results of their tests")
     add_option(parser, "--report DIR", "write a page that shows it for each run of a scenario to this folder")
     add_option(parser, "--pytest OPTIONS", "further options of pytest, such as '--durations 5'", default="")
+    add_notify_argument(parser)
     add_output_format(parser)
 
 
@@ -76,11 +78,15 @@ def _run_pytest(options: argparse.Namespace) -> int:
     from seoro.cli.test_outcomes import TITLES, Outcomes  # noqa: PLC0415 - the same
     from seoro.text.findings import formatted  # noqa: PLC0415 - for this command only
 
+    project = _project(options)
+    use_notify(options, {} if project is None else project.values)
+    if options.list:
+        options.notify = []
     outcomes = Outcomes()
     is_text = options.output_format == TEXT
     # Other formats are for programs: all else goes to stderr.
-    with nullcontext() if is_text else redirect_stdout(sys.stderr):
-        status = int(pytest.main(arguments_of(options), plugins=[outcomes]))
+    with notifying(options, "test", outcomes.content), nullcontext() if is_text else redirect_stdout(sys.stderr):
+        status = outcomes.status = int(pytest.main(arguments_of(options), plugins=[outcomes]))
     if not is_text and status in {0, 1}:
         print(formatted(options.output_format, outcomes.findings, TITLES))
     if status == _NO_TESTS:

@@ -37,17 +37,25 @@ class Setting(NamedTuple):
         read: Converts its value, for the folder of the project; raises `_Unfit`.
         meaning: Meaning, for the reference.
         option: Option of the command line with the same meaning; empty without one.
+        is_secret: Whether values may contain secrets, and are not shown.
     """
 
     read: Callable[[Any, Path], Any]
     meaning: str
     option: str = ""
+    is_secret: bool = False
 
 
 def _text(value: Any, _folder: Path) -> str:
     if not isinstance(value, str) or not value:
         raise _Unfit("a text")
     return value
+
+
+def _texts(value: Any, folder: Path) -> tuple[str, ...]:
+    if not isinstance(value, list):
+        raise _Unfit("a list of texts")
+    return tuple(_text(each, folder) for each in value)
 
 
 def _path(value: Any, folder: Path) -> Path:
@@ -113,6 +121,7 @@ SETTINGS: Final[Mapping[str, Setting]] = {
     "endpoint": Setting(_text, "Zenoh endpoint of executors or of their router", "--executor"),
     "ignore": Setting(_codes, "codes of warnings that `seoro check` and editors leave out", "--ignore"),
     "output": Setting(_path, "folder of results; each scenario has its own folder inside", "--output-dir"),
+    "notify": Setting(_texts, "URLs that receive the results of runs and campaigns", "--notify", is_secret=True),
     "libraries": Setting(_paths, "folders with libraries that scenarios import as `osc.NAME`"),
 }
 TEST_SETTINGS: Final[Mapping[str, Setting]] = {
@@ -213,7 +222,8 @@ def _converted(
         try:
             yield key, setting.read(value, file.parent)
         except _Unfit as expected:
-            raise UsageError(f"{_place(file, text, key)}: `{key}` is {value!r}; expected {expected}") from None
+            found = "is invalid" if setting.is_secret else f"is {value!r}"
+            raise UsageError(f"{_place(file, text, key)}: `{key}` {found}; expected {expected}") from None
 
 
 def _place(file: Path, text: str, key: str) -> str:
