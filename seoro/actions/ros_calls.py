@@ -14,7 +14,7 @@ from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Variable
 
 
-@action("service_call", anywhere=Ros2System)
+@action("service_call", anywhere=Ros2System, ros={"service_name": "name", "service_type": "srv"})
 async def service_call(
     ctx: ActionContext,
     service_name: str,
@@ -31,7 +31,7 @@ async def service_call(
     store_member(ctx, response_variable, response, response_member_name, f"the response of {service_name}")
 
 
-@action("action_call", anywhere=Ros2System)
+@action("action_call", anywhere=Ros2System, ros={"action_name": "name", "action_type": "action"})
 async def action_call(
     ctx: ActionContext,
     action_name: str,

@@ -8,7 +8,7 @@ from statistics import fmean
 from typing import Any, NamedTuple
 
 from seoro.actions.ros_comparison import Operator, compares, difference, read_expected
-from seoro.actions.ros_support import as_action_failure, log_missing, member, next_message, observed_system
+from seoro.actions.ros_support import TOPIC, as_action_failure, log_missing, member, next_message, observed_system
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions.context import ActionContext
@@ -31,7 +31,7 @@ class CheckOptions(NamedTuple):
     wait_for_first_message: bool
 
 
-@action("check_data", anywhere=ObservedSystem)
+@action("check_data", anywhere=ObservedSystem, ros=TOPIC)
 async def check_data(
     ctx: ActionContext,
     topic_name: str,
@@ -105,7 +105,12 @@ async def _take(ctx: ActionContext, subscription: RosSubscription, limit: float 
 # ---------------------------------------------------------------- latency
 
 
-@action("assert_topic_latency", anywhere=ObservedSystem, open_ended=True)
+@action(
+    "assert_topic_latency",
+    anywhere=ObservedSystem,
+    open_ended=True,
+    ros=TOPIC,
+)
 async def assert_topic_latency(
     ctx: ActionContext,
     topic_name: str,

@@ -14,6 +14,7 @@ from typing import Any, Final
 import anyio.to_thread
 
 from seoro.actions.ros_checks import CheckOptions, check
+from seoro.actions.ros_support import TOPIC
 from seoro.errors import ActionFailed
 from seoro.lang.plan import EnumValue
 from seoro.runtime.actions.context import ActionContext
@@ -23,7 +24,12 @@ from seoro.runtime.functions.actions import action
 _EXECUTING: Final = Lock()  # held while a file is executed
 
 
-@action("check_data_external", anywhere=ObservedSystem, files=("file_path",))
+@action(
+    "check_data_external",
+    anywhere=ObservedSystem,
+    files=("file_path",),
+    ros=TOPIC,
+)
 async def check_data_external(
     ctx: ActionContext,
     topic_name: str,

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from seoro.actions.reports import DONE
 from seoro.actions.ros_messages import member_of, read_message
@@ -19,8 +19,12 @@ from seoro.lang.plan import PrimitiveType
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.actions.pending import Pending
 from seoro.runtime.contracts.ros2 import Members, ObservedSystem, Ros2System, RosMessage, RosSubscription
+from seoro.runtime.functions.actions import RosText
 from seoro.runtime.functions.fitting import scalar
 from seoro.runtime.values.values import Struct, Variable
+
+TOPIC: Final[Mapping[str, RosText]] = {"topic_name": "name", "topic_type": "msg"}
+"""Parameters of actions on a topic, for `@action`."""
 
 
 def system_of(ctx: ActionContext) -> Ros2System:

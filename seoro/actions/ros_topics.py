@@ -6,6 +6,7 @@ import anyio
 
 from seoro.actions.ros_messages import to_twist
 from seoro.actions.ros_support import (
+    TOPIC,
     as_action_failure,
     member,
     next_message,
@@ -44,7 +45,7 @@ class Publishers:
         return self._open[key].value
 
 
-@action("topic_publish", anywhere=Ros2System | VelocityCommands)
+@action("topic_publish", anywhere=Ros2System | VelocityCommands, ros=TOPIC)
 async def topic_publish(
     ctx: ActionContext, topic_name: str, topic_type: str, value: object, qos_profile: EnumValue
 ) -> None:
@@ -74,7 +75,7 @@ async def _command(ctx: ActionContext, topic: str, topic_type: str, value: objec
     await ctx.ask(ctx.by_name(robot, VelocityCommands).command_velocity(topic, velocity))
 
 
-@action("wait_for_data", anywhere=ObservedSystem)
+@action("wait_for_data", anywhere=ObservedSystem, ros=TOPIC)
 async def wait_for_data(ctx: ActionContext, topic_name: str, topic_type: str, qos_profile: EnumValue) -> None:
     """Wait for the next message on a topic."""
     with as_action_failure():
@@ -82,7 +83,7 @@ async def wait_for_data(ctx: ActionContext, topic_name: str, topic_type: str, qo
             await next_message(ctx, subscription)
 
 
-@action("topic_monitor", anywhere=ObservedSystem, open_ended=True)
+@action("topic_monitor", anywhere=ObservedSystem, open_ended=True, ros=TOPIC)
 async def topic_monitor(
     ctx: ActionContext,
     topic_name: str,

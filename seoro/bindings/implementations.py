@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from seoro.bindings.bound_functions import BoundFunctions
 from seoro.bindings.imports import ImportFailed, function_name, library_module
+from seoro.bindings.ros_texts import VETS
 from seoro.lang import ast
 from seoro.lang.check.arguments import Traits
 from seoro.lang.check.checker import Checked
@@ -24,7 +25,7 @@ from seoro.lang.plan import ValueType
 from seoro.lang.program import Program
 from seoro.lang.source import Span
 from seoro.lang.symbols import Kind, TypeSymbol
-from seoro.lang.traits import ParameterTrait
+from seoro.lang.traits import ParameterTrait, Trait, Vetted
 from seoro.lang.tree import find
 from seoro.runtime.functions.actions import ACTION_MARK, Mark, bind
 from seoro.runtime.functions.fitting import Fitting
@@ -119,11 +120,14 @@ def _marked(module: ModuleType, library: Library | None) -> Iterator[Implementat
 
 def traits_of(found: Implementations) -> Traits:
     """Return the traits of parameters, which control checks and passing of arguments."""
-    all_traits = {key: traits(made.function) for key, made in found.items()}
+    all_traits: dict[tuple[Kind, str], dict[str, Trait]] = {
+        key: dict(traits(made.function)) for key, made in found.items()
+    }
     for key, made in found.items():
         if isinstance(made.mark, Mark):
             all_traits[key] |= dict.fromkeys(made.mark.files, ParameterTrait.FILE)
             all_traits[key] |= dict.fromkeys(made.mark.uris, ParameterTrait.URI)
+            all_traits[key] |= {name: Vetted(VETS[kind]) for name, kind in made.mark.ros.items()}
     return all_traits
 
 

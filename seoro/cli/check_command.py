@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
         changed = [file for file in files if fix_file(file, options)]
         if options.diff:
             return Exit.FAILED if changed else Exit.PASSED
-    checked = _check(files, strict=options.strict, import_python=not options.no_import)
+    checked = _check(files, options)
     found = _once(each for each in checked if is_chosen(each, options))
     if options.output_format != TEXT:
         diagnostics = list(found)
@@ -68,12 +68,12 @@ def run(options: argparse.Namespace) -> int:
     return Exit.INVALID if _errors(diagnostics) else Exit.PASSED
 
 
-def _check(files: Sequence[str], *, strict: bool, import_python: bool) -> Iterator[Diagnostic]:
+def _check(files: Sequence[str], options: argparse.Namespace) -> Iterator[Diagnostic]:
     for file in files:
         path, read = named_source(file)
-        scenario = check_file(path, strict=strict, import_python=import_python, read=read)
-        yield from with_lints(scenario.checked)
-        if import_python:  # external methods may decide about constraints
+        scenario = check_file(path, strict=options.strict, import_python=not options.no_import, read=read)
+        yield from with_lints(scenario.checked, options.select or frozenset())
+        if not options.no_import:  # external methods may decide about constraints
             yield from find_contradictions(scenario)
 
 

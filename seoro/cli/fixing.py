@@ -49,7 +49,9 @@ def fix_file(name: str, options: argparse.Namespace) -> bool:
         raise UsageError("`--fix` cannot change stdin")
     path = Path(name)
     before = check_file(path, import_python=False)
-    chosen = [found for found in with_lints(before.checked) if is_chosen(found, options)]
+    chosen = [
+        found for found in with_lints(before.checked, options.select or frozenset()) if is_chosen(found, options)
+    ]
     sections = [span for found in chosen if (span := deletion(found)) is not None and span.file is before.file]
     if not sections:
         return False

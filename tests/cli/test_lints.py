@@ -45,6 +45,53 @@ def test_suspicious_code_is_found(
     assert codes_of(BASE + body, tmp_path, capsys) == expected
 
 
+LABELS = (
+    BASE
+    + """\
+    do serial:
+        first:  wait elapsed(1s)
+        second: run_process('true', wait_for_shutdown: false)
+        process_log_check('second', ['x'])
+        wait @first.end  # third
+        third: log('x')
+        fourth : serial:
+            log('y')
+"""
+)
+
+
+def test_unused_labels_are_found_where_they_are_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert codes_of(LABELS, tmp_path, capsys) == []
+    assert codes_of(LABELS, tmp_path, capsys, "--select", "E0711") == [(11, "E0711")]
+    assert main(["check", "--fix", "--select", "E0711", str(tmp_path / "a.osc")]) == 0
+    assert (tmp_path / "a.osc").read_text() == LABELS.replace("fourth : ", "")
+
+
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [
+        ("wait_for_data('/scan', 'sensor_msgs.msg.LaserScann')", "did you mean `sensor_msgs.msg.LaserScan`?"),
+        ("wait_for_data('/scan', 'sensor_msgs/msg/LaserScan')", ""),
+        ("wait_for_data('/scan', 'my_robot_msgs.msg.Anything')", ""),
+        ("wait_for_data('/laser scan', 'sensor_msgs.msg.LaserScan')", "below the namespace"),
+        ("service_call('/on', 'std_srvs.msg.SetBool', '{}')", "write it as `std_srvs.srv.Trigger`"),
+        ("action_call('/go', 'nav2_msgs.action.Spinn', '{}')", "did you mean `nav2_msgs.action.Spin`?"),
+        ("assert_topic_latency('/scan', 1s)", ""),
+    ],
+)
+def test_types_and_names_of_ros_are_checked(
+    call: str, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.osc"
+    file.write_text(f"import osc.ros\n\nscenario main:\n    do {call}\n")
+    assert main(["check", "--json", str(file)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [item["code"] for item in found] == ["E0415"] * bool(expected)
+    assert all(expected in item["help"] for item in found)
+
+
 def test_actors_and_bases_are_not_unused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     base = "import osc.types\nactor car\n\nscenario base:\n    pace: int = 3\n\n"
     text = f"{base}scenario main:\n    robot: car\n    do wait elapsed(1s)\n"

@@ -19,10 +19,10 @@ from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import CompositionObject, EventObject, FieldSymbol, Kind, RangeOf, Structured
-from seoro.lang.traits import ParameterTrait
+from seoro.lang.traits import ParameterTrait, Trait, Vet, Vetted
 from seoro.lang.types import is_known, is_number
 
-Traits: TypeAlias = Mapping[tuple[Kind, str], Mapping[str, ParameterTrait]]
+Traits: TypeAlias = Mapping[tuple[Kind, str], Mapping[str, Trait]]
 """Traits of the parameters of actions and modifiers in Python, by name; all others get plain values."""
 NO_TRAITS: Final[Traits] = {}
 _SCHEME: Final = "://"
@@ -53,7 +53,7 @@ class Binding:
     parameters: MemberTable[FieldSymbol]
     scope: Scope
     is_open: bool = False
-    traits: Mapping[str, ParameterTrait] = field(default_factory=dict)
+    traits: Mapping[str, Trait] = field(default_factory=dict)
     may_be_ranges: bool = False
     ranges: dict[str, plan.Expression] = field(default_factory=dict)
     types: dict[str, plan.ValueType] = field(default_factory=dict)
@@ -110,6 +110,9 @@ class Binding:
             case ParameterTrait.FILE | ParameterTrait.URI:
                 self._give_value(parameter, value)
                 self._check_file(parameter, value.span, trait)
+            case Vetted(vet):
+                self._give_value(parameter, value)
+                self._vet(parameter, value.span, vet)
 
     def _give_value(self, parameter: FieldSymbol, value: ast.Expression) -> None:
         """Bind a value of the parameter's type, or a range for a parameter that holds one number."""
@@ -123,13 +126,24 @@ class Binding:
 
     def _check_file(self, parameter: FieldSymbol, span: Span, trait: ParameterTrait) -> None:
         """Warn if a literal names a file that does not exist on this machine."""
-        given = self.given.get(parameter.name)
-        if not isinstance(given, plan.Literal) or not isinstance(given.value, str):
+        text = self._literal(parameter)
+        if text is None:
             return
         entry = self.expressions.program.nowhere.file
-        if _is_missing(given.value, trait, (entry.path, span.file.path)):
+        if _is_missing(text, trait, (entry.path, span.file.path)):
             is_uri = trait is ParameterTrait.URI
-            self.expressions.bag.add(behaviors.missing_file, span, given.value, is_uri)
+            self.expressions.bag.add(behaviors.missing_file, span, text, is_uri)
+
+    def _vet(self, parameter: FieldSymbol, span: Span, vet: Vet) -> None:
+        """Warn of an unsuitable literal."""
+        text = self._literal(parameter)
+        if text is not None and (problem := vet(text)) is not None:
+            self.expressions.bag.add(behaviors.unsuitable_text, span, *problem)
+
+    def _literal(self, parameter: FieldSymbol) -> str | None:
+        """Return the text of an argument that is a literal."""
+        given = self.given.get(parameter.name)
+        return given.value if isinstance(given, plan.Literal) and isinstance(given.value, str) else None
 
     def _variable(self, value: ast.Expression, is_a_number: bool) -> plan.Expression:
         """Return the path of a variable, which is passed by reference."""

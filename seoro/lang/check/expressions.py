@@ -32,7 +32,7 @@ from seoro.lang.escapes import unknown_escapes
 from seoro.lang.members import MemberTable
 from seoro.lang.program import Program
 from seoro.lang.source import Span
-from seoro.lang.traits import ParameterTrait
+from seoro.lang.traits import Trait
 from seoro.lang.types import BOOL, FLOAT, INT, STRING, UINT, is_integer, is_known, is_number
 
 Operation = TypeVar("Operation", ast.Arithmetic, ast.Relation, ast.Logic)
@@ -116,7 +116,7 @@ class Expressions(ExpressionChecker):
         for start, end in unknown_escapes(literal.text):
             self.bag.add(syntax.unknown_escape, Span(literal.file, literal.start + start, literal.start + end))
 
-    def traits_of(self, symbol: symbols.TypeSymbol) -> Mapping[str, ParameterTrait]:
+    def traits_of(self, symbol: symbols.TypeSymbol) -> Mapping[str, Trait]:
         """Return the traits of parameters in the Python implementation of an action or a modifier."""
         return self._traits.get((symbol.kind, symbol.plan_name), {})
 

@@ -121,6 +121,11 @@ def missing_file(span: Span, name: str, is_uri: bool) -> Diagnostic:
     return warning(FILE_NOT_FOUND, span, f"file not found: `{name}`", hint)
 
 
+def unsuitable_text(span: Span, message: str, hint: str) -> Diagnostic:
+    """A literal that the action will refuse, such as an unknown type of ROS."""
+    return warning("E0415", span, message, hint)
+
+
 def made_by_field(actor: str, parameters: Sequence[str]) -> str:
     """Help for a constructor call of an actor.
 

@@ -13,6 +13,9 @@ UNUSED_EVENT: Final = "E0703"
 UNUSED_IMPORT: Final = "E0704"
 UNREACHABLE: Final = "E0705"
 UNUSED_SUPPRESSION: Final = "E0709"
+UNUSED_LABEL: Final = "E0711"
+OPTIONAL: Final = frozenset({UNUSED_LABEL})
+"""Codes that are reported only where they are asked for: labels also name behaviors in traces."""
 
 
 def never_emitted(span: Span, name: str) -> Diagnostic:
@@ -51,6 +54,19 @@ def impossible_timeout(span: Span, limit: float, needed: float) -> Diagnostic:
     """A timeout below the sum of the fixed times within it; both in seconds."""
     hint = f"expected more than {needed:g} s: the sum of `wait elapsed(...)` within it"
     return warning("E0707", span, f"the timeout of {limit:g} s always expires", hint)
+
+
+def impossible_duration(span: Span, limit: float, needed: float) -> Diagnostic:
+    """A duration below the sum of the fixed times within it; both in seconds."""
+    hint = f"expected {needed:g} s or more: the sum of `wait elapsed(...)` within it"
+    return warning("E0707", span, f"the duration of {limit:g} s cannot be met", hint)
+
+
+def unused_label(span: Span, name: str) -> Diagnostic:
+    """A label that no expression, event or argument names."""
+    return warning(
+        UNUSED_LABEL, span, f"unused label `{name}`", "remove it, or keep it as a name in traces and reports"
+    )
 
 
 def shadowed(span: Span, name: str, hidden: Span) -> Diagnostic:

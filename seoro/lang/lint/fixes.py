@@ -11,6 +11,7 @@ from seoro.lang.diagnostics import suspicious as messages
 from seoro.lang.source import Span
 
 _BLANK: Final = " \t"
+_COLON: Final = re.compile(r"[ \t]*:[ \t]*")
 _LINE_END: Final = re.compile(r"\r\n?|\n|\Z")
 UNNECESSARY: Final = frozenset(
     {
@@ -19,6 +20,7 @@ UNNECESSARY: Final = frozenset(
         messages.UNUSED_IMPORT,
         messages.UNREACHABLE,
         messages.UNUSED_SUPPRESSION,
+        messages.UNUSED_LABEL,
     }
 )  # codes of text without effect
 
@@ -29,6 +31,9 @@ def deletion(found: Diagnostic) -> Span | None:
     An import that has its line to itself is deleted with the line. A comment is deleted with the blanks before it.
     """
     span = found.primary.span
+    if found.code == messages.UNUSED_LABEL:
+        colon = _COLON.match(span.file.text, span.end)
+        return None if colon is None else Span(span.file, span.start, colon.end())
     text, start, end = span.file.text, span.start, span.end
     while start > 0 and text[start - 1] in _BLANK:
         start -= 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Sequence, Set
 from itertools import pairwise
 from typing import Final
 
@@ -10,9 +10,9 @@ from seoro.lang import ast
 from seoro.lang.check.checker import Checked
 from seoro.lang.diagnostic import Diagnostic
 from seoro.lang.diagnostics import suspicious as messages
+from seoro.lang.lint.durations import expiring, too_short
 from seoro.lang.symbols import TypeSymbol
-from seoro.lang.tree import find, walk
-from seoro.lang.units import to_si
+from seoro.lang.tree import walk
 
 _ENDS: Final = frozenset({"end", "fail"})
 _VARIABLE = (
@@ -42,6 +42,10 @@ def suspicious_members(
                 yield from _event(checked, scenario, specification, emitted)
             case ast.KeepConstraint(_, constraint):
                 yield from _constant(constraint)
+            case ast.ModifierApplication(invocation):
+                for each in members:
+                    if isinstance(each, ast.DoDirective):
+                        yield from expiring(checked, invocation, each.member.body)
             case _:
                 pass
 
@@ -53,6 +57,7 @@ def _behavior(
     while pending:
         body = pending.pop().body
         modifications: ast.WithBlock | None = None
+        yield from too_short(checked, body)
         match body:
             case ast.Composition(operator, _, members, modifications):
                 pending += members
@@ -68,8 +73,6 @@ def _behavior(
             match member:
                 case ast.UntilDirective(event):
                     yield from _event(checked, scenario, event, emitted)
-                case ast.ModifierApplication(invocation):
-                    yield from _timeout(checked, invocation, body)
                 case ast.KeepConstraint(_, constraint):
                     yield from _constant(constraint)
                 case _:
@@ -104,40 +107,16 @@ def _event(
 
 
 def _constant(condition: ast.Expression) -> Iterator[Diagnostic]:
-    if not any(isinstance(part, _VARIABLE) for part in walk(condition)):
+    parts = list(walk(condition))
+    if not any(isinstance(part, _VARIABLE) for part in parts) or _compares_with_itself(condition, parts):
         yield messages.constant_condition(condition.span)
+    elif isinstance(condition, ast.Logic):
+        for part in (condition.left, condition.right):
+            yield from _constant(part)
 
 
-def _timeout(checked: Checked, invocation: ast.FunctionApplication, body: ast.DoBody) -> Iterator[Diagnostic]:
-    """Compare the `timeout` of a behavior with the least time that it takes."""
-    match invocation.function:
-        case ast.NameExpression(name) if name.text == "timeout":
-            arguments = invocation.arguments
-            values = (*arguments.positional, *(named.value for named in arguments.named))
-            limit = _seconds(checked, values[0]) if values else None
-            if limit is not None and limit < (needed := _least_time(checked, body)):
-                yield messages.impossible_timeout(invocation.span, limit, needed)
-        case _:
-            pass
-
-
-def _least_time(checked: Checked, body: ast.DoBody) -> float:
-    """Return the sum of the fixed waiting times [s] of a behavior; 0 if it may end early."""
-    match body:
-        case ast.WaitDirective(event=ast.ElapsedExpression(duration)):
-            return _seconds(checked, duration) or 0.0
-        case ast.Composition("serial", _, members, modifications):
-            emits = next(find(body, ast.EmitDirective), None) is not None
-            stops = modifications is not None and next(find(modifications, ast.UntilDirective), None) is not None
-            ends_early = emits or stops
-            return 0.0 if ends_early else sum(_least_time(checked, member.body) for member in members)
-        case _:
-            return 0.0
-
-
-def _seconds(checked: Checked, node: ast.Expression) -> float | None:
-    """Return the value of a literal in SI units; None for other expressions."""
-    if not isinstance(node, ast.PhysicalLiteral):
-        return None
-    unit = checked.program.units.get(node.unit.text)
-    return float(to_si(node.value, unit.factor, unit.offset)) if unit is not None else None
+def _compares_with_itself(condition: ast.Expression, parts: Sequence[ast.Node]) -> bool:
+    if not isinstance(condition, ast.Relation) or any(isinstance(each, ast.FunctionApplication) for each in parts):
+        return False
+    left, right = ("".join(each.span.text.split()) for each in (condition.left, condition.right))
+    return left == right

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Set
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +19,9 @@ from seoro.lang.diagnostics import suspicious as messages
 from seoro.lang.loader import Module, path_of
 from seoro.lang.source import Span
 from seoro.lang.symbols import Structured, TypeSymbol
+from seoro.lang.tree import walk
 
+_ANY_WORD: Final = re.compile(r"\w+")
 _IMPORT: Final = re.compile(r"import\s+(?:'[^'\r\n]*'|\"[^\"\r\n]*\"|[\w.]+)")
 
 
@@ -44,6 +46,29 @@ def unused_members(checked: Checked, scenario: TypeSymbol, words: Counter[str]) 
     for event in scenario.events.values():
         if event.span.file is file and words[event.text] == 1:
             yield messages.unused_event(event.span, event.text)
+
+
+def unused_labels(checked: Checked, members: Iterable[ast.TypeMember]) -> Iterator[Diagnostic]:
+    """Yield warnings about labels that occur nowhere else in files of the user, not even in strings and comments.
+
+    Args:
+        checked: The checked file.
+        members: Members of a scenario that the entry file declares.
+    """
+    labels = [
+        found.label
+        for member in members
+        if isinstance(member, ast.DoDirective)
+        for found in walk(member)
+        if isinstance(found, ast.DoMember) and found.label is not None
+    ]
+    if not labels:
+        return
+    texts = (module.file.text for module in checked.sources.modules if module.library is None)
+    counts = Counter(word for text in texts for word in _ANY_WORD.findall(text))
+    for label in labels:
+        if counts[label.text] == 1:
+            yield messages.unused_label(label.span, label.text)
 
 
 def shadowing_names(checked: Checked) -> Iterator[Diagnostic]:

@@ -7,6 +7,7 @@ of its parameters. A mismatch is an error at that time, not during a run.
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Mapping
+from dataclasses import field
 from types import UnionType
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack, overload
 
@@ -19,6 +20,8 @@ AsyncFunction: TypeAlias = Callable[..., Coroutine[Any, Any, None]]
 PlainFunction: TypeAlias = Callable[..., object]
 ActionFunction: TypeAlias = AsyncFunction | PlainFunction
 Part: TypeAlias = str | Callable[[Mapping[str, Value]], str]  # a part of an actor, or a function of the parameters
+
+RosText: TypeAlias = Literal["msg", "srv", "action", "name"]
 
 ACTION_MARK = "__seoro_action__"
 
@@ -34,6 +37,7 @@ class Mark(frozen.Value):
     thread: bool = False
     files: tuple[str, ...] = ()
     uris: tuple[str, ...] = ()
+    ros: Mapping[str, RosText] = field(default_factory=dict)
 
 
 class ActionOptions(TypedDict, total=False):
@@ -45,6 +49,7 @@ class ActionOptions(TypedDict, total=False):
     uses: Part | None
     files: tuple[str, ...]
     uris: tuple[str, ...]
+    ros: Mapping[str, RosText]
 
 
 @overload
@@ -75,7 +80,8 @@ def action(name: str, *, thread: bool = False, **options: Unpack[ActionOptions])
             failure. `uses`: part of the actor that only one action at a time may use, such as its `base`; without
             an actor, a part of the run. A function may return the part for the values of the parameters.
             `files`: parameters that name files or folders beside the scenario file, to be sent along to executors.
-            `uris`: parameters that name resources loaded by a simulator.
+            `uris`: parameters that name resources loaded by a simulator. `ros`: parameters with a type of a topic
+            (`msg`), service (`srv`) or action (`action`) of ROS, or with a `name`, whose literals are checked.
     """
     return marking("action", name, ACTION_MARK, Mark(name, thread=thread, **options))
 
