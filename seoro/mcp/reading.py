@@ -9,7 +9,7 @@ from typing import Any, Final
 from pydantic import Field
 
 from seoro.embed.directives import read_directives
-from seoro.embed.scenarios import check_file
+from seoro.embed.scenarios import Scenario, check_file
 from seoro.errors import UsageError
 from seoro.lang.diagnostic import Diagnostic, Severity
 from seoro.lang.explain import explanation, near_codes
@@ -118,6 +118,22 @@ class CodeExplanation(Answer):
     text: str = Field(description="Markdown, with a wrong and a right example")
 
 
+def checked_scenario(path: Path, name: str) -> Scenario:
+    """Check a scenario without its Python.
+
+    Args:
+        path: The file.
+        name: Its name in messages.
+
+    Raises:
+        UsageError: It has errors; the message does not quote them, since they may be in files elsewhere.
+    """
+    scenario = check_file(path, import_python=False, name=name)
+    if any(each.severity is Severity.ERROR for each in scenario.checked.diagnostics):
+        raise UsageError(f"`{name}` has errors", help="`check_scenarios` lists them")
+    return scenario
+
+
 class ScenarioReader:
     """Reads scenarios.
 
@@ -148,7 +164,7 @@ class ScenarioReader:
     def describe_scenario(self, given: DescribeScenario) -> ScenarioDescription:
         """Describe a scenario. Its Python is not imported."""
         path = self._served.scenario(given.file)
-        scenario = check_file(path, import_python=False, name=given.file).without_errors()
+        scenario = checked_scenario(path, given.file)
         entry = scenario.entry(given.scenario or None)
         form = read_form(path, given.file, entry.name)
         directives = read_directives(scenario.file, scenario.scenario_lines)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
+from threading import Lock
 from typing import Any, Final
 
 from pydantic import Field
@@ -119,12 +120,15 @@ class ResultReader:
     def __init__(self, served: ServedFolder) -> None:
         self._served = served
         self._runs = LocalRuns((served.root,))
+        self._lock = Lock()  # of the runs
 
     def list_runs(self, given: ListRuns) -> Runs:
         """List runs."""
+        with self._lock:
+            known = self._runs.find()
         found = [
             (each.run, name)
-            for each in self._runs.find()
+            for each in known
             if (name := self._served.name(Path(each.run.folder))) is not None
             and self._served.name(Path(each.run.folder) / TRACE) is not None  # may be a link
         ]
@@ -176,12 +180,20 @@ class ResultReader:
 
     def compare_campaigns(self, given: CompareCampaigns) -> CampaignComparison:
         """Compare two campaigns."""
-        before, after = (self._served.folder(name) for name in (given.before, given.after))
+        before, after = map(self._campaign, (given.before, given.after))
         found = compare(before, after, margin=given.margin)
         bounds = Bounds()
         data = bounds.apply(comparison_data(found), "comparison")
         data["before"]["folder"], data["after"]["folder"] = given.before, given.after
         return CampaignComparison(outcome=found.outcome.value, comparison=data, cut=bounds.cut)
+
+    def _campaign(self, name: str) -> Path:
+        """Return the folder of a campaign, whose files are in the served folder."""
+        folder = self._served.folder(name)
+        for path in folder.rglob("*"):
+            if path.is_symlink() and self._served.name(path) is None:
+                raise UsageError(f"a link in `{name}` leads out of the served folder", help="remove the link")
+        return folder
 
     def _measurements(self, folder: Path) -> dict[str, Any]:
         """Read the measurements beside a trace, unless a link leads out of the folder."""

@@ -22,10 +22,10 @@ from pydantic import Field
 
 from seoro.embed.file_settings import with_file_settings
 from seoro.embed.options import Options, Simulator
-from seoro.embed.scenarios import check_file
 from seoro.errors import UsageError
 from seoro.files.inputs import resolved
 from seoro.mcp.bounds import LONGEST_TEXT
+from seoro.mcp.reading import checked_scenario
 from seoro.mcp.results import ExplainRun, ResultReader, RunResult
 from seoro.mcp.served_folder import ServedFolder
 from seoro.mcp.tool import Answer, Arguments
@@ -82,23 +82,31 @@ class Runner:
         async with self._slot:
             options = await anyio.to_thread.run_sync(self._options, given)
             folder = await anyio.to_thread.run_sync(self._new_folder, Path(given.file).stem)
-            with TemporaryFile() as output:
-                async with _running([*options, f"--output-dir={folder}"], self._served.root, output) as process:
-                    with anyio.move_on_after(given.timeout + _START):
-                        await process.wait()
-                text = _tail(output)
-            status = process.returncode
-            if status is None or not (folder / TRACE).is_file():
-                await anyio.to_thread.run_sync(lambda: rmtree(folder, ignore_errors=True))
+            try:
+                status, text = await self._carry_out([*options, f"--output-dir={folder}"], given.timeout)
+            finally:
+                has_begun = (folder / TRACE).is_file()
+                if not has_begun:
+                    rmtree(folder, ignore_errors=True)
+            if not has_begun:
                 raise UsageError(f"the run did not start:\n{text}", help="`check_scenarios` checks the file")
             name = folder.relative_to(self._served.root).as_posix()
             result = await anyio.to_thread.run_sync(self._results.explain_run, ExplainRun(run=name))
             return RunOutcome(exit_status=status, output=text, result=result)
 
+    async def _carry_out(self, command: list[str], limit: float) -> tuple[int, str]:
+        """Carry out a run; return its exit status, and the end of its output."""
+        with TemporaryFile() as output:
+            async with _running(command, self._served.root, output) as process:
+                with anyio.move_on_after(limit + _START):
+                    await process.wait()
+            assert process.returncode is not None
+            return process.returncode, _tail(output)
+
     def _options(self, given: RunScenario) -> list[str]:
         """Return the command; robots of a lab are refused, since the agent was not allowed to use them."""
         path = self._served.scenario(given.file)
-        scenario = check_file(path, import_python=False, name=given.file).without_errors()
+        scenario = checked_scenario(path, given.file)
         asked = Options(
             name=given.scenario or None,
             simulator=Simulator(given.simulator) if given.simulator else None,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import anyio.to_thread
 import mcp_types as types
@@ -16,7 +15,6 @@ from mcp.shared.exceptions import MCPError
 
 from seoro import __version__
 from seoro.errors import SeoroError, cause_of
-from seoro.mcp import reading, results, running
 from seoro.mcp.reading import ScenarioReader
 from seoro.mcp.resources import TEMPLATES, Resources
 from seoro.mcp.results import ResultReader
@@ -24,103 +22,12 @@ from seoro.mcp.running import Runner
 from seoro.mcp.served_folder import ServedFolder
 from seoro.mcp.stdin_lines import StdinLines
 from seoro.mcp.tool import Answer, Tool, message_of
+from seoro.mcp.tools import make_tools
 
-T = TypeVar("T")
 INSTRUCTIONS: Final = (
     "Robot test scenarios in OpenSCENARIO DSL 2. Paths are relative to the served folder. Check a scenario after "
     "each change; explain a run before you change a scenario because of its verdict."
 )
-
-
-def make_tools(served: ServedFolder, *, allow_run: bool) -> Mapping[str, Tool]:
-    """Return the tools by name.
-
-    Args:
-        served: Folder of the server.
-        allow_run: Whether agents may run scenarios.
-    """
-    scenarios, found = ScenarioReader(served), ResultReader(served)
-    tools = [
-        Tool(
-            "list_scenarios",
-            "List the scenarios below the served folder.",
-            reading.ListScenarios,
-            reading.Scenarios,
-            _in_thread(scenarios.list_scenarios),
-        ),
-        Tool(
-            "describe_scenario",
-            "Show the parameters of a scenario, and the simulators, robots and requirements that it names.",
-            reading.DescribeScenario,
-            reading.ScenarioDescription,
-            _in_thread(scenarios.describe_scenario),
-        ),
-        Tool(
-            "check_scenarios",
-            "Check scenario files without running them, and without their Python. Errors come first.",
-            reading.CheckScenarios,
-            reading.Findings,
-            _in_thread(scenarios.check_scenarios),
-        ),
-        Tool(
-            "explain_code",
-            "Explain the code of a finding, with a wrong and a right example.",
-            reading.ExplainCode,
-            reading.CodeExplanation,
-            _in_thread(scenarios.explain_code),
-        ),
-        Tool(
-            "list_runs",
-            "List the runs whose output folders are below the served folder, the latest first.",
-            results.ListRuns,
-            results.Runs,
-            _in_thread(found.list_runs),
-        ),
-        Tool(
-            "explain_run",
-            "Show the verdict of a run, why it was reached, failed behaviors, values, measurements and logs.",
-            results.ExplainRun,
-            results.RunResult,
-            _in_thread(found.explain_run),
-        ),
-        Tool(
-            "compare_runs",
-            "Find where two runs first differ: settings, verdicts and records.",
-            results.CompareRuns,
-            results.RunComparison,
-            _in_thread(found.compare_runs),
-        ),
-        Tool(
-            "compare_campaigns",
-            "Test whether the second of two campaigns is worse than the first.",
-            results.CompareCampaigns,
-            results.CampaignComparison,
-            _in_thread(found.compare_campaigns),
-        ),
-    ]
-    if allow_run:
-        runner = Runner(served, found)
-        tools.append(
-            Tool(
-                "run_scenario",
-                "Run a scenario in a simulator, and return its verdict with reasons. Runs are sequential. Results "
-                f"go to a new folder below `{running.FOLDER}`.",
-                running.RunScenario,
-                running.RunOutcome,
-                runner.run_scenario,
-                reads_only=False,
-            )
-        )
-    return {tool.name: tool for tool in tools}
-
-
-def _in_thread(function: Callable[[Any], T]) -> Callable[[Any], Any]:
-    """Return a coroutine function that calls a function in a thread, which a cancelled request does not await."""
-
-    async def call(given: Any) -> T:
-        return await anyio.to_thread.run_sync(function, given, abandon_on_cancel=True)
-
-    return call
 
 
 def _declaration(tool: Tool) -> types.Tool:
@@ -213,8 +120,9 @@ async def serve(folder: Path, *, allow_run: bool) -> None:
         UsageError: The folder is missing.
     """
     served = ServedFolder(folder)
-    resources = Resources(served, ScenarioReader(served), ResultReader(served))
-    handlers = _Handlers(make_tools(served, allow_run=allow_run), resources)
+    scenarios, results = ScenarioReader(served), ResultReader(served)
+    tools = make_tools(scenarios, results, Runner(served, results) if allow_run else None)
+    handlers = _Handlers(tools, Resources(served, scenarios, results))
     server: Server[Any] = Server(
         "seoro",
         version=__version__,
@@ -227,4 +135,4 @@ async def serve(folder: Path, *, allow_run: bool) -> None:
     )
     lines: Any = StdinLines()
     async with stdio_server(stdin=lines) as (received, sent):
-        await partial(server.run, received, sent)(server.create_initialization_options())
+        await server.run(received, sent, server.create_initialization_options())

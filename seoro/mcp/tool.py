@@ -74,11 +74,9 @@ class Tool:
 
 
 def message_of(error: Exception) -> str:
-    """Return the text of an error for agents, with its suggestion; diagnostics have no lines of the source."""
+    """Return the text of an error for agents, with its suggestion and without lines of files."""
     if isinstance(error, InvalidScenario):
-        first, *others = error.diagnostics
-        more = f" (and {len(others)} more)" if others else ""
-        return f"{first.primary.span}: {first.message}{more}\nhelp: `check_scenarios` lists all findings"
+        return "the scenario has errors\nhelp: `check_scenarios` lists them"
     if isinstance(error, UsageError):
         place = "" if error.span is None else f"{error.span}: "
         return f"{place}{error.message}" + (f"\nhelp: {error.help}" if error.help else "")

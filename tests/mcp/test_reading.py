@@ -7,13 +7,18 @@ import subprocess
 import sys
 from pathlib import Path
 
+import anyio
 import pytest
 
+from seoro.campaign.runs import End
+from seoro.campaign.store.folder import RUNS
 from seoro.cli.main import main
 from seoro.errors import UsageError
 from seoro.mcp.bounds import LONGEST_TEXT, MOST_ITEMS, Bounds
 from seoro.mcp.served_folder import ServedFolder
-from tests.mcp.agents import connected
+from seoro.mcp.stdin_lines import LONGEST
+from tests.campaign.compared import rows, write
+from tests.mcp.agents import PATIENCE, Agent, connected
 
 HELLO = """# Says hello.
 # seoro: requirement REQ-7
@@ -122,10 +127,40 @@ async def test_invalid_requests_have_one_clear_error(folder: Path) -> None:
             await agent.client.call_tool("run_scenario", {"file": "hello.osc"})
         with pytest.raises(Exception, match="outside of the served folder"):
             await agent.client.read_resource("seoro://scenario/../secret.osc")
+        assert "of_nobody" not in await agent.error("describe_scenario", file="importing.osc")
         # Findings in imported files outside of the folder do not quote them.
         found = await agent.call("check_scenarios", path="importing.osc")
         assert found["errors"] >= 1
         assert "of_nobody" not in json.dumps(found)
+
+
+async def test_campaigns_are_compared(tmp_path: Path) -> None:
+    folder = tmp_path / "project"
+    folder.mkdir()
+    write(folder / "before", rows([End.PASSED] * 200))
+    write(folder / "after", rows([End.FAILED] * 6 + [End.PASSED] * 194))
+    write(tmp_path / "outside", rows([End.PASSED]))
+    write(folder / "linked", rows([End.PASSED]))
+    (folder / "linked" / RUNS / "other.jsonl").symlink_to(tmp_path / "outside" / RUNS / "worker.jsonl")
+    async with connected(folder) as agent:
+        found = await agent.call("compare_campaigns", before="before", after="after")
+        assert found["outcome"] == "worse"
+        assert len(found["comparison"]["newly_failing"]) == 6
+        assert "margin" in await agent.error("compare_campaigns", before="before", after="after", margin=2.0)
+        assert "leads out" in await agent.error("compare_campaigns", before="before", after="linked")
+        assert "outside" in await agent.error("compare_campaigns", before="before", after="../outside")
+
+
+async def test_requests_at_the_same_time_have_their_own_answers(folder: Path) -> None:
+    answers: list[dict[str, object]] = []
+
+    async def ask(agent: Agent) -> None:
+        answers.append(await agent.call("list_runs"))
+
+    async with connected(folder) as agent, anyio.create_task_group() as group:
+        for _ in range(20):
+            group.start_soon(ask, agent)
+    assert answers == answers[:1] * 20
 
 
 def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
@@ -140,6 +175,29 @@ def test_the_server_ends_with_its_input_and_survives_bad_lines(tmp_path: Path) -
     done = subprocess.run(command, input="nonsense\n\n{}\n", capture_output=True, text=True, check=False)
     assert done.returncode == 0
     assert all(json.loads(line)["jsonrpc"] == "2.0" for line in done.stdout.splitlines())
+
+
+@pytest.mark.parametrize("line", ["[" * 100_000, '{"jsonrpc": "2.0", "id": 1, "method": "no"}', "\0", "\ud83d"])
+def test_odd_messages_do_not_end_the_server(tmp_path: Path, line: str) -> None:
+    command = [sys.executable, "-m", "seoro", "mcp", str(tmp_path)]
+    ping = '{"jsonrpc": "2.0", "id": 7, "method": "ping"}'
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert process.stdin is not None
+    assert process.stdout is not None
+    with process.stdin as written, process.stdout as answers:
+        written.write(f"{line}\n{ping}\n".encode("utf-8", "surrogatepass"))
+        written.flush()
+        while json.loads(answers.readline()).get("id") != 7:
+            pass
+        written.close()
+        assert process.wait(PATIENCE) == 0
+
+
+def test_messages_are_bounded(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "seoro", "mcp", str(tmp_path)]
+    done = subprocess.run(command, input="x" * (LONGEST + 100_000), capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "longer than 4 MiB" in done.stderr
 
 
 def test_large_values_are_cut_and_named() -> None:

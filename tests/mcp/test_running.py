@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +98,47 @@ async def test_runs_end_with_the_client(tmp_path: Path) -> None:
     with anyio.fail_after(PATIENCE):
         while _last(folder)["kind"] != "run.end":
             await anyio.lowlevel.checkpoint()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_the_server_and_its_run(tmp_path: Path, number: signal.Signals) -> None:
+    folder = _project(tmp_path)
+    command = [sys.executable, "-m", "seoro", "mcp", "--allow-run", str(folder)]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdin is not None
+    assert process.stdout is not None
+    client = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "test", "version": "1"}}
+    call = {"name": "run_scenario", "arguments": {"file": "waiting.osc"}}
+    _send(process, id=1, method="initialize", params=client)
+    process.stdout.readline()
+    _send(process, method="notifications/initialized")
+    _send(process, id=2, method="tools/call", params=call)
+    while not any(path.stat().st_size for path in folder.glob("runs/*/trace.jsonl")):
+        _send(process, id=3, method="tools/call", params={"name": "list_runs", "arguments": {}})
+        process.stdout.readline()
+    process.send_signal(number)
+    assert process.wait(PATIENCE) == 128 + number
+    process.stdin.close()
+    process.stdout.close()
+    assert _last(folder)["status"] == "cancelled"
+
+
+def _send(process: subprocess.Popen[str], **message: Any) -> None:
+    assert process.stdin is not None
+    process.stdin.write(json.dumps({"jsonrpc": "2.0", **message}) + "\n")
+    process.stdin.flush()
+
+
+async def test_results_stay_in_the_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "project"
+    folder.mkdir()
+    _project(folder)
+    (tmp_path / "outside").mkdir()
+    (folder / "runs").symlink_to(tmp_path / "outside")
+    async with connected(folder, "--allow-run") as agent:
+        assert "leads out" in await agent.error("run_scenario", file="main.osc")
+        assert "outside" in await agent.error("run_scenario", file="../outside/x.osc")
+    assert not list((tmp_path / "outside").iterdir())
 
 
 @pytest.mark.more

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import ssl
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from threading import Event, Thread
 from typing import Any
 
@@ -18,10 +20,12 @@ class Hook:
     Args:
         statuses: Statuses of its answers in order; the last one stays.
         is_slow: Whether it never answers.
+        certificate: File with its key and certificate, for HTTPS.
     """
 
     statuses: Sequence[int] = (204,)
     is_slow: bool = False
+    certificate: Path | None = None
     url: str = ""
     paths: list[str] = field(default_factory=list)
     headers: list[dict[str, str]] = field(default_factory=list)
@@ -57,9 +61,13 @@ def hooked(hook: Hook) -> Iterator[Hook]:
             """Print nothing."""
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    if hook.certificate is not None:
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        context.load_cert_chain(hook.certificate)
+        server.socket = context.wrap_socket(server.socket, server_side=True)
     thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
     thread.start()
-    hook.url = f"http://127.0.0.1:{server.server_port}/hook?token=hidden"
+    hook.url = f"http{'s' if hook.certificate else ''}://127.0.0.1:{server.server_port}/hook?token=hidden"
     try:
         yield hook
     finally:

@@ -6,8 +6,16 @@ import hmac
 import socket
 import time
 from base64 import b64encode
+from datetime import UTC, datetime, timedelta
+from ipaddress import ip_address
+from pathlib import Path
 
 import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+from cryptography.x509.oid import NameOID
 
 from seoro.errors import UsageError
 from seoro.notifications.addresses import read_address
@@ -89,6 +97,35 @@ def test_credentials_are_sent_as_a_header_and_never_shown() -> None:
     assert hook.headers[0]["Authorization"] == f"Basic {b64encode(b'ann:p@ss').decode()}"
     assert not {"ann", "p@ss", "p%40ss"} & set(problem.replace(":", " ").split())
     assert "ann" not in address.shown + address.url
+
+
+def test_https_needs_a_trusted_certificate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = _certificate(tmp_path)
+    with hooked(Hook(certificate=file)) as hook:
+        [problem] = _send(hook)
+        assert "certificate" in problem
+        assert hook.bodies == []
+        monkeypatch.setenv("SSL_CERT_FILE", str(file))
+        assert _send(hook) == []
+    assert len(hook.bodies) == 1
+
+
+def _certificate(folder: Path) -> Path:
+    """Write a key, and its own certificate for this machine."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "test")])
+    now = datetime.now(UTC)
+    made = (
+        x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number())
+        .not_valid_before(now - timedelta(days=1))
+        .not_valid_after(now + timedelta(days=1))
+        .add_extension(x509.SubjectAlternativeName([x509.IPAddress(ip_address("127.0.0.1"))]), critical=False)
+        .sign(key, hashes.SHA256())
+    )
+    file = folder / "server.pem"
+    text = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+    file.write_bytes(text + made.public_bytes(Encoding.PEM))
+    return file
 
 
 @pytest.mark.parametrize(
