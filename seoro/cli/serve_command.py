@@ -59,6 +59,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         repeatable=True,
     )
     add_option(parser, "--policy FILE", "YAML file with permissions and limits per role")
+    add_option(
+        parser,
+        "--notify URL",
+        "send the end of each run to this URL as JSON; SEORO_NOTIFY_SECRET signs",
+        repeatable=True,
+    )
     add_option(parser, "--die-with-parent", "end when stdin closes, for programs that start an executor")
     add_keys_argument(parser)
 
@@ -67,6 +73,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the command."""
     from seoro.executor.limits import Policy, read_policy  # noqa: PLC0415 - Zenoh, for this command only
     from seoro.executor.service import ExecutorOptions  # noqa: PLC0415 - the same
+    from seoro.notifications.addresses import read_address  # noqa: PLC0415 - the same
 
     listen = None if options.connect else options.listen or EXECUTOR
     name = options.name or _name_in_keys(options.connect or options.listen or EXECUTOR) or "local"
@@ -80,6 +87,7 @@ def run(options: argparse.Namespace) -> int:
         options.keep,
         frozenset(options.allow),
         policy=read_policy(options.policy) if options.policy else Policy(),
+        notify=tuple(map(read_address, options.notify)),
     )
     log_to_stderr("%(message)s")
     with endpoint_errors():

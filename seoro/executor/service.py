@@ -23,6 +23,7 @@ from seoro.concurrency.background import background
 from seoro.errors import UsageError
 from seoro.executor.authorizer import Authorizer
 from seoro.executor.emergency_stop import EmergencyStopSwitch
+from seoro.executor.end_notifier import EndNotifier
 from seoro.executor.endpoint import ExecutorEndpoint
 from seoro.executor.handlers import RequestHandlers, days_ago
 from seoro.executor.limits import Policy
@@ -33,6 +34,7 @@ from seoro.executor.runs.dry_run import DryRuns
 from seoro.executor.runs.queue import NoteEnd, Queue
 from seoro.executor.sandbox import bubblewrap
 from seoro.executor.storage.store import LOST, Finished, Store, open_store
+from seoro.notifications.addresses import Address
 from seoro.security.network.endpoint_keys import SERVING_RUNS, keys_for
 from seoro.security.network.listener import Listener
 from seoro.security.network.revocation_monitor import RevocationMonitor
@@ -64,6 +66,7 @@ class ExecutorOptions:
         allowed: Names of permissions for scenarios (`permissions.py`).
         keys: Folder of keys, for endpoints outside this machine; by default `SEORO_KEYS` or that of the user.
         policy: Limits of each role.
+        notify: URLs that receive the ends of runs.
     """
 
     name: str
@@ -75,6 +78,7 @@ class ExecutorOptions:
     allowed: frozenset[str] = frozenset()
     keys: Path | None = None
     policy: Policy = field(default_factory=Policy)
+    notify: tuple[Address, ...] = ()
 
     def __post_init__(self) -> None:
         """Make paths absolute: processes of runs have other working directories."""
@@ -125,7 +129,8 @@ async def open_executor(options: ExecutorOptions) -> AsyncIterator[Started]:
             AsyncExitStack() as stack,
         ):
             revoked, identity = _locked(options, keys, stack)
-            note_end = _note_nothing if identity is None else partial(_note, identity.audit_trail)
+            notifier = stack.enter_context(EndNotifier(options.name, options.notify))
+            note_end = partial(_note, notifier, None if identity is None else identity.audit_trail)
             lost = await _finish_interrupted(store, note_end)
             await store.sweep()
             queue = Queue(store, pool, tasks, options.jobs, policy, note_end, can_sandbox=not trouble)
@@ -139,6 +144,7 @@ async def open_executor(options: ExecutorOptions) -> AsyncIterator[Started]:
                 options.name, Listener(options.listen, options.connect, keys, revoked), identity
             )
             async with reached.answering(authorizer, stops, tasks), background() as duties:
+                duties.start_soon(notifier.work)
                 duties.start_soon(queue.work)
                 duties.start_soon(queue.stop_lonely)
                 duties.start_soon(queue.shift_workers)
@@ -151,6 +157,7 @@ async def open_executor(options: ExecutorOptions) -> AsyncIterator[Started]:
                     with anyio.CancelScope(shield=True):
                         if await queue.close(reached.why_it_ends):
                             await anyio.sleep(LAST_ANSWERS)
+                        await notifier.close()
 
 
 async def _sandbox_trouble(policy: Policy) -> str:
@@ -207,14 +214,12 @@ async def _queue_again(store: Store, queue: Queue, note_end: NoteEnd) -> None:
             queue.add(info, submission)
 
 
-async def _note_nothing(_info: RunInfo, _role: str) -> None:
-    """Executors without keys have no audit log."""
-
-
-async def _note(audit_trail: AuditTrail, info: RunInfo, role: str) -> None:
-    """Record the end of a run in the audit log."""
-    audit_trail.record_run(info, role)
-    await anyio.to_thread.run_sync(audit_trail.sync)
+async def _note(notifier: EndNotifier, audit_trail: AuditTrail | None, info: RunInfo, role: str) -> None:
+    """Notify of the end of a run, and record it in the audit log; executors without keys have none."""
+    notifier.note(info)
+    if audit_trail is not None:
+        audit_trail.record_run(info, role)
+        await anyio.to_thread.run_sync(audit_trail.sync)
 
 
 async def _remove_old(server: RequestHandlers, keep: float) -> None:
