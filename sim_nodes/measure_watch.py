@@ -106,7 +106,8 @@ class MeasureWatch(Watch):
         found = None if state is None else self._measured(world, state)
         assert state is not None and found is not None, "it holds"
         value, other = found
-        unit, name = UNITS[self.limit.measure], self.limit.measure.replace("_", " ")
+        unit, measure = UNITS[self.limit.measure], self.limit.measure
+        name = "distance from the area" if measure is Measure.AREA_DISTANCE else measure.replace("_", " ")
         whom = f" to '{other}'" if other else ""
         where = f"({state.position[0]:.3f}, {state.position[1]:.3f}) m"
         expected = "at most" if self.limit.above else "more than"

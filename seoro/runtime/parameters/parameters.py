@@ -115,9 +115,9 @@ def entry_parameters(
         EvaluationError: A value cannot be computed, or no values meet all constraints.
     """
     scenario = plan.scenarios[plan.entry]
-    times = Times(scenario.span, {})
-    invocation = Invocation({}, None, (), None, Seed(seed), run, applied, times)
     roots = (plan.globals, scenario.structure)
+    times = Times(scenario.span, {}) if DURATION not in scenario.structure.fields else None
+    invocation = Invocation({}, None, (), None, Seed(seed), run, applied, times)
     made = made or Composed(scenario.name, Fields(), types=types_of(scenario))
     return choose_parameters(plan, roots, made, invocation, plan.overrides)
 

@@ -184,6 +184,19 @@ scenario main:
     assert (ran.verdict.status, ran.verdict.duration) == (RunStatus.PASSED, 3.0)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "scenario main:\n    duration: time = 3s\n    do wait elapsed(duration)\n",
+        "scenario main:\n    duration: time\n    keep(duration == 3s)\n    do wait elapsed(duration)\n",
+        "global duration: time = 3s\nscenario main:\n    do wait elapsed(duration)\n",
+    ],
+)
+async def test_a_field_named_duration_of_the_entry_scenario_is_not_replaced(run_text: RunText, text: str) -> None:
+    ran = await run_text(text)
+    assert (ran.verdict.status, ran.verdict.duration) == (RunStatus.PASSED, 3.0)
+
+
 # ---------------------------------------------------------------- parallel
 
 
