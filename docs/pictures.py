@@ -70,9 +70,20 @@ def tutorial(page: str, scenario: str) -> Callable[[Path], Path]:
 
 def sweep(folder: Path) -> Path:
     """Return a picture of the first charts of the sweep of the tutorial."""
-    _write_files("many_runs", folder)
-    options = ("--strategy", "latin", "--runs", "20", "--rate", "max", "--seed", "1", "-o", "sweep")
-    _call(SEORO, "campaign", "run", "dodge.osc", *options, statuses=(1,), folder=folder)
+    _call(SEORO, "new", str(folder))
+    options = (
+        "--vary",
+        "goal.x in [-1m..3m]",
+        "--strategy",
+        "latin",
+        "--runs",
+        "20",
+        "--seed",
+        "1",
+        "-o",
+        "sweep",
+    )
+    _call(SEORO, "campaign", "run", "scenarios/deliver.osc", *options, statuses=(1,), folder=folder)
     path = folder / "many_runs.png"
     with _browsing(height=1000) as page:
         page.goto((folder / "sweep" / "report.html").as_uri())

@@ -51,6 +51,7 @@ EXAMPLES = {  # names that only illustrate a rule
     "docs/how-to/worlds.md": {"garden/pots/small.sdf"},
     "docs/tutorial/many_runs.md": {
         *("warehouse/scenarios/deliver.osc", "warehouse/.github/workflows/scenarios.yml"),  # made by a command
+        "warehouse/seoro.toml",
     },
 }
 OTHERS = frozenset(  # options of other programs

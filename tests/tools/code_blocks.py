@@ -6,7 +6,8 @@ A block is executed, or a comment above it has the reason why not:
 - a block `console` has commands after `$`, with the output that they print. `...` stands for any text;
 - a block `osc` is a scenario file of its own; a block `python` is executed, and prints the block `text` after it;
 - `<!-- not run: REASON -->` excuses a block, `<!-- exit status: N -->` expects a status of the last command,
-  `<!-- has errors -->` expects that a scenario file has errors.
+  `<!-- has errors -->` expects that a scenario file has errors;
+- `<!-- needs a simulator -->` marks commands whose project names a simulator.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ LANGUAGES: Final = frozenset({"osc", "python", "console"})
 """Languages of blocks that can be executed without a name."""
 
 _FENCE: Final = re.compile(r"^( *)```(\S*)[^\n]*\n(.*?)^\1```", re.MULTILINE | re.DOTALL)
-_COMMENT: Final = re.compile(r"<!-- (not run|exit status|has errors)(?:: ([^\n]*?))? -->\n\s*$")
+_COMMENT: Final = re.compile(r"<!-- (not run|exit status|has errors|needs a simulator)(?:: ([^\n]*?))? -->\n\s*$")
 _NAME: Final = re.compile(r"^`([\w./-]+\.\w+)`:\n\s*$", re.MULTILINE)
 _DIRECTIVES: Final = frozenset({"{toctree}", "{figure}", "{glossary}"})
 
@@ -36,6 +37,7 @@ class Block(NamedTuple):
         reason: Reason why it is not executed, or an empty text.
         status: Expected exit status of the last command.
         has_errors: Whether the scenario file has errors.
+        is_marked: Whether a comment marks it as needing a simulator.
     """
 
     line: int
@@ -45,14 +47,13 @@ class Block(NamedTuple):
     reason: str
     status: int
     has_errors: bool
+    is_marked: bool
 
     @property
     def needs_simulator(self) -> bool:
         """Whether a command of it starts a simulator."""
-        return (
-            self.language == "console"
-            and re.search(r"--sim |--lab |--rate max|seoro test ", self.text) is not None
-        )
+        names_one = re.search(r"--sim |--lab |--rate max", self.text) is not None
+        return self.language == "console" and (names_one or self.is_marked)
 
 
 def blocks_in(page: Path) -> Iterator[Block]:
@@ -76,6 +77,7 @@ def blocks_in(page: Path) -> Iterator[Block]:
             reason=comments.get("not run", ""),
             status=int(comments.get("exit status", 0)),
             has_errors="has errors" in comments,
+            is_marked="needs a simulator" in comments,
         )
 
 
