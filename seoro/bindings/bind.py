@@ -13,6 +13,7 @@ from seoro.bindings.implementations import (
     find_implementations,
     traits_of,
     unimplemented,
+    unread_traits,
 )
 from seoro.lang.check.body_cache import BodyMessages
 from seoro.lang.check.checker import Checked, in_order
@@ -50,7 +51,8 @@ def bind_sources(
     """
     bag = Bag()
     found = find_implementations(sources, given, is_own_only, bag)
-    checked = check(sources, traits_of(found), strict, recorder, known)
+    unread = unread_traits(sources) if is_own_only else {}
+    checked = check(sources, {**unread, **traits_of(found)}, strict, recorder, known)
     functions = BoundFunctions()
     if not sources.diagnostics:  # otherwise declarations are missing
         fitting = Fitting(_shapes(checked.program))

@@ -32,6 +32,8 @@ from seoro.runtime.functions.fitting import Fitting
 from seoro.runtime.functions.modifiers import MODIFIER_MARK, ModifierMark, bind_modifier
 from seoro.runtime.functions.signatures import Declaration, SignatureMismatch, traits
 
+_KINDS: Final = {ast.ActionDeclaration: Kind.ACTION, ast.ModifierDeclaration: Kind.MODIFIER}
+
 
 class Implementation(Value):
     """Function with the decorator of an action or a modifier.
@@ -129,6 +131,26 @@ def traits_of(found: Implementations) -> Traits:
             all_traits[key] |= dict.fromkeys(made.mark.uris, ParameterTrait.URI)
             all_traits[key] |= {name: Vetted(VETS[kind]) for name, kind in made.mark.ros.items()}
     return all_traits
+
+
+def unread_traits(sources: Sources) -> Traits:
+    """Return traits of parameters of type `string` whose Python is not imported.
+
+    Their functions may take variables or values of any type, which are declared as strings.
+    """
+    skipped = {library.name for library in sources.libraries if library.origin is not Origin.OWN}
+    return {
+        (_KINDS[type(statement)], statement.name.span.text): {
+            name.text: ParameterTrait.ANY
+            for member in statement.members
+            if isinstance(member, ast.ParameterDeclaration) and member.type.span.text == "string"
+            for name in member.names
+        }
+        for module in sources.modules
+        if module.library in skipped
+        for statement in module.tree.statements
+        if isinstance(statement, ast.ActionDeclaration | ast.ModifierDeclaration)
+    }
 
 
 # ---------------------------------------------------------------- match

@@ -95,6 +95,24 @@ def test_checks_without_code_import_no_library_code(installed: Path) -> None:
     assert "my_garden.garden" not in sys.modules
 
 
+def test_checks_without_code_accept_variables_of_any_type(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("seoro.libraries").mkdir()
+    Path("seoro.libraries/counts.osc").write_text("action count_up:\n    target: string\n    step: int = 1\n")
+    Path("seoro.libraries/counts.py").write_text(
+        'from seoro import ActionContext, Variable, action\n\n\n@action("count_up")\n'
+        "async def count_up(ctx: ActionContext, target: Variable[int], step: int) -> None:\n    target.set(step)\n"
+    )
+    text = "import osc.counts\nscenario main:\n    var number: int = 0\n    do count_up(number, {})\n"
+    Path("test.osc").write_text(text.format("2"))
+    assert main(["check", "--no-import", "test.osc"]) == main(["check", "test.osc"]) == 0
+    Path("test.osc").write_text(text.format("true"))
+    assert main(["check", "--no-import", "test.osc"]) == 2
+    assert "E0301" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
