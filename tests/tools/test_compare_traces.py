@@ -143,6 +143,7 @@ def test_scenarios_of_the_project_are_run_in_their_simulators() -> None:
     assert "scenarios/coverage/lanes_and_speeds.osc" in names
     assert "scenarios/navigation/obstacle.osc [mujoco]" in names
     assert not any("mujoco" in run.name for run in project_runs([]))
+    assert not any("wait_for_a_topic" in name for name in names)
 
 
 def test_cases_are_run_as_their_headers_say(tmp_path: Path) -> None:
