@@ -17,6 +17,7 @@ PAGES = [
     *sorted(DOCS.rglob("*.md")),
     *(ROOT / f"{name}.md" for name in ("README", "ARCHITECTURE", "CONTRIBUTING")),
 ]
+IN_PROCESSES = ("sim", "test")  # `sim` replaces its process; tests of several pages have the same names
 LINKED = ("scenarios", "examples", "benchmarks")  # folders of the repository that commands name
 
 
@@ -34,7 +35,7 @@ def run(command: str, capfd: pytest.CaptureFixture[str]) -> tuple[int, str, str]
     """Run a command of a console block, and return its exit status, stdout and stderr."""
     capfd.readouterr()
     program, *arguments = shlex.split(command, comments=True)
-    if program == "seoro" and arguments[0] != "test":  # pages share names of modules
+    if program == "seoro" and arguments[0] not in IN_PROCESSES:
         try:
             status = main(arguments)
         except SystemExit as end:
