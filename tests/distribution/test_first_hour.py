@@ -32,7 +32,7 @@ class Way(NamedTuple):
         page: Page of the tutorial.
         heading: Heading above its blocks; those of the next headings do not belong to it.
         limit: Limit of its time [s].
-        before: Headings above files that it needs.
+        before: Headings above blocks that it needs.
         is_typed: Whether its files are typed.
     """
 
@@ -46,8 +46,8 @@ class Way(NamedTuple):
 WAYS: Final = {
     "own scenario": Way("first_scenario", "Run", 120.0, is_typed=True),
     "own robot": Way("first_robot", "The first drive", 300.0, before=("The robot",)),
-    "test in CI": Way("many_runs", "A test in CI", 300.0),
-    "sweep": Way("many_runs", "A sweep with plots", 180.0),
+    "test in CI": Way("many_runs", "A test in CI", 300.0, before=("A project",)),
+    "sweep": Way("many_runs", "A sweep with plots", 180.0, before=("A project",)),
 }
 
 
