@@ -15,7 +15,7 @@ SIM ?= mujoco
 ROUNDS ?= 25
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-all test-more test-ros2 chaos lint format goldens docs dist man pictures ui editors bench experiment-localisation experiment-engines clean
+.PHONY: help install demo test test-all test-more test-lowest test-ros2 chaos lint format goldens docs dist man pictures ui editors bench experiment-localisation experiment-engines clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-23s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -62,6 +62,13 @@ test-more: $(VENV)/.dev  ## tests marked `more`, and a choice of the long ones: 
 		tests/executor/test_load.py::test_many_clients_lose_no_run_and_record tests/pytest_plugin tests/embedding/test_many_runs.py \
 		tests/integration/test_life_and_death.py tests/integration/test_snapshots.py tests/sim_nodes/test_determinism.py \
 		tests/bridges/test_conformance.py::test_mujoco_fulfils_the_contracts tests/doctor/test_lab.py tests/lab/test_turns.py
+
+test-lowest:  ## the tests with the lowest allowed versions of all packages, in an environment of their own, $(VENV)-lowest
+	@$(PYTHON) -m venv $(VENV)-lowest
+	@$(VENV)-lowest/bin/python -m tests.tools.lowest_versions > $(VENV)-lowest/versions.txt
+	@$(VENV)-lowest/bin/python -m pip install --quiet --disable-pip-version-check --constraint $(VENV)-lowest/versions.txt \
+		--editable '.[mujoco,pybullet,lsp,dev]'
+	@$(VENV)-lowest/bin/pytest $(PARALLEL)
 
 test-ros2: $(VENV)/.dev  ## the tests with nodes of ROS 2 itself, where ../shared/ros2 has what they need
 	@$(BIN)/pytest -m ros2 tests/bridges/ros2/genuine
