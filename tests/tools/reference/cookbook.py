@@ -64,6 +64,11 @@ class Recipe(NamedTuple):
         return "Robots in a simulator" if "# seoro: simulators" in self.source else "The language"
 
     @property
+    def anchor(self) -> str:
+        """Anchor of its section."""
+        return re.sub(r"[^\w -]", "", self.question.lower()).replace(" ", "-")
+
+    @property
     def libraries(self) -> list[Path]:
         """Files of libraries beside the scenario that it imports."""
         names = re.findall(r"^import osc\.(\w+)", self.source, re.MULTILINE)
@@ -78,7 +83,8 @@ def recipes() -> list[Recipe]:
 def cookbook() -> str:
     """Return a table of the questions, and a section for each scenario."""
     found = recipes()
-    parts = [table(("question", "scenario"), ((item.question, code(item.file.stem)) for item in found))]
+    rows = ((f"[{item.question}](#{item.anchor})", code(item.file.stem)) for item in found)
+    parts = [table(("question", "scenario"), rows)]
     shown = set[Path]()
     for title in ("The language", "Robots in a simulator", "ROS 2"):
         parts.append(f"## {title}")
