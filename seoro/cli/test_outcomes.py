@@ -17,7 +17,7 @@ _MOST_NAMES: Final = 100  # of tests in a notification
 _LONGEST: Final = 2000  # [characters] of the message of a finding
 
 
-@dataclass
+@dataclass(eq=False)  # pytest needs hashable plugins
 class Outcomes:
     """Plugin of pytest that counts tests and collects failed ones.
 
