@@ -14,13 +14,16 @@ import traceback
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Lock
 from types import ModuleType
+from typing import Final
 
 import seoro.actions
 from seoro.lang.frozen import Value
 from seoro.lang.libraries import Library, Origin, folder_around
 
 _PREFIX = "seoro_folder_"
+_INVALIDATING: Final = Lock()  # Python's own function fails if two threads call it
 
 
 class ImportFailed(Exception):
@@ -74,7 +77,7 @@ def root_of_folder(folder: Path) -> Root:
     if name not in sys.modules:
         package = ModuleType(name, f"The modules in {resolved}.")
         package.__path__ = [str(resolved)]
-        sys.modules[name] = package
+        sys.modules.setdefault(name, package)  # another thread may have been faster
     return Root(resolved, name)
 
 
@@ -108,7 +111,8 @@ def import_beside(root: Root, name: str) -> ModuleType:
     Raises:
         ImportFailed: The import failed.
     """
-    importlib.invalidate_caches()  # the file may be newer than the cached listing of its folder
+    with _INVALIDATING:
+        importlib.invalidate_caches()  # the file may be newer than the cached listing of its folder
     try:
         return importlib.import_module(f"{root.package}.{name}" if root.package else name)
     except (Exception, SystemExit) as error:

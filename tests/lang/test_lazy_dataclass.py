@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import field, fields, is_dataclass, replace
+from threading import Barrier
+from typing import Any
 
 import pytest
 
@@ -50,3 +54,27 @@ def test_wrong_arguments_are_refused_by_each_instance() -> None:
 
 def test_instances_have_their_own_defaults() -> None:
     assert Base(1).b is not Base(1).b
+
+
+def test_first_instances_from_many_threads_are_complete() -> None:
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            for _ in range(20):
+
+                @lazy_dataclass
+                class Pair:
+                    first: int
+                    second: list[int] = field(default_factory=list)
+
+                barrier = Barrier(4)
+
+                def make(number: int, barrier: Barrier = barrier, cls: Any = Pair) -> Any:
+                    barrier.wait()
+                    return cls(number)
+
+                found = list(pool.map(make, range(4)))
+                assert [(each.first, each.second) for each in found] == [(0, []), (1, []), (2, []), (3, [])]
+    finally:
+        sys.setswitchinterval(interval)

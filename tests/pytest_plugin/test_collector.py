@@ -133,7 +133,7 @@ def test_globs_select_test_files(project: Project) -> None:
 def test_other_projects_are_not_affected() -> None:
     code = "import sys, seoro.pytest_plugin; print([m for m in sys.modules if m.startswith(('seoro.', 'anyio'))])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "['seoro.pytest_plugin']"
+    assert done.stdout.strip() == "['seoro.lazy_names', 'seoro.pytest_plugin']"
 
 
 @pytest.mark.parametrize(
