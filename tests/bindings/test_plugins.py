@@ -11,6 +11,7 @@ import seoro
 from seoro.cli.main import main
 from seoro.embed import check_file
 from seoro.runtime.verdict import RunStatus, Verdict
+from tests.installed_packages import add_entry_points
 
 LIBRARY = """import osc.types
 
@@ -107,12 +108,11 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (folder / "__init__.py").write_text("")
     (folder / "where.py").write_text("def library():\n    return 'sx_garden', 'plants.osc'\n")
     (folder / "acts.py").write_text(PYTHON)
-    info = folder.with_name("sx_garden-1.0.dist-info")
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: sx-garden\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(
+    add_entry_points(
+        folder.parent,
+        "sx-garden",
         "[scenario_execution.osc_libraries]\ngarden = sx_garden.where:library\n"
-        "[scenario_execution.actions]\ndig = sx_garden.acts:Dig\ngardener.water = sx_garden.acts:Water\n"
+        "[scenario_execution.actions]\ndig = sx_garden.acts:Dig\ngardener.water = sx_garden.acts:Water\n",
     )
     monkeypatch.syspath_prepend(str(folder.parent))
     yield folder
@@ -259,10 +259,7 @@ def test_mismatches_are_found_before_the_run(old: str, new: str, code: str, mess
 
 
 def test_the_package_that_declares_an_action_implements_it(package: Path) -> None:
-    info = package.with_name("other-1.0.dist-info")
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[scenario_execution.actions]\ndig = sx_garden.nowhere:Dig\n")
+    add_entry_points(package.parent, "other", "[scenario_execution.actions]\ndig = sx_garden.nowhere:Dig\n")
     file = package.parent.parent / "main.osc"
     file.write_text(MAIN + "        dig(20cm)\n")
     assert check_file(file).checked.diagnostics == ()

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import seoro
+from tests.installed_packages import add_entry_points
 
 pytestmark = pytest.mark.more
 
@@ -119,13 +120,12 @@ def python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (packages / "sx_lights/lib_osc/lights.osc").write_text(LIBRARY)
     (packages / "sx_lights/__init__.py").write_text("def library():\n    return 'sx_lights', 'lights.osc'\n")
     (packages / "sx_lights/acts.py").write_text(PYTHON)
-    info = packages / "sx_lights-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: sx-lights\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(
+    add_entry_points(
+        packages,
+        "sx-lights",
         "[scenario_execution.osc_libraries]\nlights = sx_lights:library\n[scenario_execution.actions]\n"
         "blink = sx_lights.acts:Blink\nlamp.switch = sx_lights.acts:Switch\n"
-        "count_twice = sx_lights.acts:CountTwice\nendless = sx_lights.acts:Endless\n"
+        "count_twice = sx_lights.acts:CountTwice\nendless = sx_lights.acts:Endless\n",
     )
     return found
 

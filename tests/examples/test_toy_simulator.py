@@ -21,6 +21,7 @@ from sim_nodes.check import check_physics, rules_for
 from sim_nodes.simulator import Simulator
 from sim_nodes.verbs import handle
 from tests.bridges.nodes import running
+from tests.installed_packages import add_entry_points
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "examples" / "toy_simulator"
@@ -31,14 +32,11 @@ OBSTACLE = str(ROOT / "scenarios" / "navigation" / "obstacle.osc")
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Install the toy into a folder of packages, for this process and its children."""
     project = tomllib.loads((FOLDER / "pyproject.toml").read_text())["project"]
-    about = tmp_path / "toy_simulator-1.0.0.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 1.0.0\n")
     lines = [
         f"[{group}]\n" + "".join(f"{name} = {target}\n" for name, target in entries.items())
         for group, entries in project["entry-points"].items()
     ]
-    (about / "entry_points.txt").write_text("\n".join(lines))
+    add_entry_points(tmp_path, project["name"], "\n".join(lines), "1.0.0")
     shutil.copy(FOLDER / "toy_simulator.py", tmp_path)
     monkeypatch.setenv(
         "PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])

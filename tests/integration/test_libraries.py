@@ -8,6 +8,7 @@ import pytest
 
 from seoro.bridges.models import ModelPath
 from seoro.cli.main import main
+from tests.installed_packages import add_entry_points
 
 
 @pytest.fixture
@@ -34,11 +35,10 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
         "        raise ActionFailed('it has had enough')\n"
         "    ctx.log(f'{gardener.name} gives {litres} l to the {plant} with a {gardener.fields[\"tool\"]}')\n"
     )
-    info = tmp_path / "site" / "my_garden-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-garden\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(
-        "[seoro.libraries]\ngarden = my_garden.garden\n[seoro.models]\ngarden = my_garden.garden\n"
+    add_entry_points(
+        tmp_path / "site",
+        "my-garden",
+        "[seoro.libraries]\ngarden = my_garden.garden\n[seoro.models]\ngarden = my_garden.garden\n",
     )
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
     monkeypatch.chdir(tmp_path)
@@ -131,10 +131,7 @@ def test_an_entry_point_without_a_module_is_reported(
 
 
 def test_two_packages_with_one_library_are_refused(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    info = installed / "site/other-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[seoro.libraries]\ngarden = other.garden\n")
+    add_entry_points(installed / "site", "other", "[seoro.libraries]\ngarden = other.garden\n")
     Path("test.osc").write_text("import osc.garden\nscenario main:\n    do serial:\n        emit end\n")
     assert main(["check", "test.osc"]) == 2
     assert "several installed packages have a library `osc.garden`" in capsys.readouterr().err

@@ -9,6 +9,7 @@ import pytest
 
 from seoro.lang import frontend
 from seoro.lang.loader import path_of
+from tests.installed_packages import add_entry_points
 
 
 def write(folder: Path, **files: str) -> Path:
@@ -98,10 +99,7 @@ def test_errors_of_an_imported_file_are_located_there(tmp_path: Path) -> None:
 
 
 def test_an_installed_package_can_bring_a_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    info = tmp_path / "lifts-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: lifts\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[seoro.libraries]\nlifts = lifts_for_seoro\n")
+    add_entry_points(tmp_path, "lifts", "[seoro.libraries]\nlifts = lifts_for_seoro\n")
     package = tmp_path / "lifts_for_seoro"
     package.mkdir()
     (package / "__init__.py").write_text("raise RuntimeError('loading declarations runs nothing')\n")

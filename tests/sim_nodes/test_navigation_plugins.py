@@ -35,6 +35,7 @@ from sim_nodes.navigation.pursuit import PursuitController
 from sim_nodes.robots.declaration import MobileDeclaration
 from sim_nodes.robots.drive_declaration import DriveKind
 from sim_nodes.robots.kinematics import Velocity
+from tests.installed_packages import add_entry_points
 from tests.sim_nodes import robots_of_makers as makers
 from tests.sim_nodes.client import Client, pose
 
@@ -121,12 +122,11 @@ def test_invalid_plugins_are_refused(
 
 
 def test_plugins_are_found_by_entry_point(tmp_path: File, monkeypatch: pytest.MonkeyPatch) -> None:
-    installed = tmp_path / "detours-1.0.dist-info"
-    installed.mkdir()
-    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: detours\nVersion: 1.0\n")
-    (installed / "entry_points.txt").write_text(
+    add_entry_points(
+        tmp_path,
+        "detours",
         f"[seoro.navigation.planners]\ndetour = {HERE}:DetourPlanner\n"
-        f"[seoro.navigation.controllers]\nbroken = {HERE}:Missing\n"
+        f"[seoro.navigation.controllers]\nbroken = {HERE}:Missing\n",
     )
     monkeypatch.syspath_prepend(tmp_path)
     assert find_planner("detour") is DetourPlanner

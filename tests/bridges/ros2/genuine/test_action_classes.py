@@ -11,6 +11,7 @@ import pytest
 
 import seoro
 from tests.bridges.ros2.genuine.conftest import DEADLINE, Ros2
+from tests.installed_packages import add_entry_points
 
 pytestmark = [pytest.mark.anyio, pytest.mark.ros2]
 
@@ -67,12 +68,11 @@ async def test_classes_share_a_node_until_the_end_of_the_run(ros2: Ros2, router:
     (package / "lib_osc/echoes.osc").write_text("action echo:\n    word: string\n")
     (package / "__init__.py").write_text("def library():\n    return 'sx_echo', 'echoes.osc'\n")
     (package / "acts.py").write_text(PYTHON)
-    info = package.with_name("sx_echo-1.0.dist-info")
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: sx-echo\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(
+    add_entry_points(
+        package.parent,
+        "sx-echo",
         "[scenario_execution.osc_libraries]\nechoes = sx_echo:library\n"
-        "[scenario_execution.actions]\necho = sx_echo.acts:Echo\n"
+        "[scenario_execution.actions]\necho = sx_echo.acts:Echo\n",
     )
     (tmp_path / "main.osc").write_text(SCENARIO)
     paths = [str(package.parent), str(Path(seoro.__file__).parents[1]), *site.getsitepackages()]
