@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from seoro.bindings.bound_functions import BoundFunctions
 from seoro.cli.documentation.items import Item, Library, Parameter
 from seoro.embed.scenarios import Scenario, check_file
-from seoro.errors import InvalidScenario, UsageError
+from seoro.errors import UsageError
 from seoro.files.inputs import failure_reason
 from seoro.lang.ast import ExternalMethod
 from seoro.lang.builtin_libraries import builtin_libraries
@@ -20,7 +20,7 @@ from seoro.lang.comments import comment_above
 from seoro.lang.libraries import library_files
 from seoro.lang.loader import Unreadable, read_file
 from seoro.lang.program import Program
-from seoro.lang.source import Span
+from seoro.lang.source import SourceFile, Span
 from seoro.lang.symbols import EnumSymbol, FieldSymbol, Kind, MethodImplementation, QuantitySymbol, TypeSymbol
 from seoro.lang.units import unit_text
 from seoro.lsp.describe import parameter_text, type_text, unit_of
@@ -84,9 +84,10 @@ def read_source(path: Path) -> Library:
 
 
 def _library(scenario: Scenario, name: str, path: Path) -> Library:
-    if scenario.checked.errors:
-        raise InvalidScenario(scenario.checked.errors)
-    reader = _Reader(scenario.checked.program, scenario.functions, name, path)
+    full = path.resolve()
+    [file] = (each for each in scenario.files if each.path is not None and each.path.resolve() == full)
+    is_own = path in builtin_libraries().values()  # Python of others is not imported
+    reader = _Reader(scenario.checked.program, scenario.functions, name, file, is_own=is_own)
     return Library(name, heading(path), tuple(reader.items()))
 
 
@@ -97,25 +98,22 @@ class _Reader:
         program: Program with the file.
         functions: Functions that implement its actions and modifiers.
         library: Name of the library.
-        path: The file.
+        file: The file.
+        is_own: Whether it belongs to seoro, so that missing functions are known.
     """
 
-    def __init__(self, program: Program, functions: BoundFunctions, library: str, path: Path) -> None:
-        self._program, self._functions, self._library, self._path = program, functions, library, path
-        self._is_own = path in builtin_libraries().values()  # Python of others is not imported
+    def __init__(
+        self, program: Program, functions: BoundFunctions, library: str, file: SourceFile, *, is_own: bool
+    ) -> None:
+        self._program, self._functions, self._library = program, functions, library
+        self._file, self._is_own = file, is_own
 
     def items(self) -> Iterator[Item]:
         """Yield the declarations of the file, in their order."""
-        found: list[tuple[int, Item]] = []
-        for symbol in (*self._program.types.values(), *self._program.globals.values()):
-            if self._is_here(symbol.span):
-                found.append((symbol.span.start, self._item(symbol)))
-        for table in (self._program.behaviors, self._program.modifiers):
-            found += [(each.span.start, self._type(each)) for each in table.values() if self._is_here(each.span)]
-        yield from (item for _, item in sorted(found, key=lambda each: each[0]))
-
-    def _is_here(self, span: Span) -> bool:
-        return span.file.path is not None and span.file.path.samefile(self._path)
+        program = self._program
+        tables = (program.types, program.globals, program.behaviors, program.modifiers)
+        here = (symbol for table in tables for symbol in table.values() if symbol.span.file is self._file)
+        yield from map(self._item, sorted(here, key=lambda symbol: symbol.span.start))
 
     def _item(self, symbol: TypeSymbol | EnumSymbol | QuantitySymbol | FieldSymbol) -> Item:
         match symbol:
