@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 from seoro.campaign.coverage.counts import MergedCoverage
 from seoro.campaign.results.tally import Tally
@@ -68,6 +69,20 @@ class State:
             is_complete: Whether the campaign was carried out to its end.
         """
         return rate_of(self.campaign, self.watch, is_complete=is_complete)
+
+
+def progress_data(state: State) -> dict[str, Any]:
+    """Return how far a campaign is, as JSON data."""
+    campaign, stop = state.campaign, state.watch.stop
+    return {
+        "scenario": campaign.manifest.shown,
+        "requirements": list(campaign.requirements),
+        "runs": state.tally.runs,
+        "planned": campaign.runs,
+        "ends": {end.value: count for end, count in state.tally.ends.items()},
+        "is_complete": state.is_complete,
+        "stopped": None if stop is None else stop.reason,
+    }
 
 
 def rate_of(campaign: CampaignFile, watch: Watch, *, is_complete: bool) -> Rate:

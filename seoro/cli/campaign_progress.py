@@ -14,7 +14,7 @@ from typing import Final, Protocol
 
 from seoro.campaign.coverage.unreachable import read_unreachable
 from seoro.campaign.runs import End, Row
-from seoro.campaign.state import State
+from seoro.campaign.state import State, progress_data
 from seoro.campaign.statistics.flaky import RepeatedIds, find_flaky
 from seoro.campaign.store.batches import read_batches
 from seoro.campaign.store.folder import LOCK, CampaignFile, read_campaign, read_rows
@@ -132,20 +132,7 @@ def print_status(folder: Path, *, as_json: bool = False) -> None:
         ids.add(batch.column("id"))
         starts = nlargest(LATEST, chain(starts, batch.column("started"))) if runs_on else []
     if as_json:
-        stop = state.watch.stop
-        ends = {end.value: count for end, count in state.tally.ends.items()}
-        print_json(
-            {
-                "scenario": campaign.manifest.shown,
-                "requirements": list(campaign.requirements),
-                "runs": state.tally.runs,
-                "planned": campaign.runs,
-                "ends": ends,
-                "is_running": runs_on,
-                "is_complete": state.is_complete,
-                "stopped": None if stop is None else stop.reason,
-            }
-        )
+        print_json({**progress_data(state), "is_running": runs_on})
         return
     of = f" of {campaign.runs:,}" if campaign.runs is not None else ""
     counts = f"{state.tally.runs:,}{of} runs: {state.tally.text}"

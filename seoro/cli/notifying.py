@@ -74,6 +74,11 @@ def notifying(options: argparse.Namespace, event: Event, content: Content) -> It
             print(f"warning: notification not delivered: {problem}", file=sys.stderr, flush=True)
 
 
+def ended(status: str, error: BaseException | None) -> dict[str, str]:
+    """Return the status and reason of a command with a status of its own, unless an exception ended it."""
+    return {"status": status, "reason": ""} if error is None else failure_of(error)
+
+
 def failure_of(error: BaseException | None) -> dict[str, str]:
     """Return the status and reason for an end without a result."""
     if isinstance(error, SeoroError | OSError):

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import pytest
 
-from seoro.cli.notifying import failure_of
+from seoro.cli.notifying import ended
 from seoro.text.findings import Finding
 
 TITLES: Final = {"failed": "Scenario failed", "error": "Scenario without a verdict"}
@@ -40,13 +40,8 @@ class Outcomes:
             error: Exception that ended the command, if any.
         """
         names = [finding.message.partition(": ")[0] for finding in self.findings]
-        found = (
-            failure_of(error)
-            if error is not None
-            else {"status": _STATUSES.get(self.status, "error"), "reason": ""}
-        )
         return {
-            **found,
+            **ended(_STATUSES.get(self.status, "error"), error),
             "passed": self.passed,
             "failed": sum(finding.code == "failed" for finding in self.findings),
             "errors": sum(finding.code == "error" for finding in self.findings),
