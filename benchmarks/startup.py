@@ -2,8 +2,8 @@
 
     python benchmarks/startup.py [--rounds N] [--peer PYTHON | --install-peer]
 
-Each round runs an empty Python program, `seoro exec` of an edited file, `seoro exec` of an unchanged file with a
-cached plan, and, if requested, the peer.
+Each round runs an empty Python program, `seoro --help`, `seoro exec` of an edited file, `seoro exec` of an
+unchanged file with a cached plan, and, if requested, the peer.
 Times are of the wall clock and of the processor, in seconds; the medians of all rounds. The files of seoro are
 compiled first, as an installer compiles those of the peer.
 """
@@ -50,10 +50,12 @@ def main() -> None:
         hello = Path(folder) / "hello.osc"
         hello.write_text(HELLO)
         edited = hello.with_name("edited.osc")
+        own = str(Path(sys.executable).with_name("seoro"))
         commands = {
             "python -c pass": [sys.executable, "-c", "pass"],
-            "seoro exec, edited": [str(Path(sys.executable).with_name("seoro")), "exec", str(edited)],
-            "seoro exec": [str(Path(sys.executable).with_name("seoro")), "exec", str(hello)],
+            "seoro --help": [own, "--help"],
+            "seoro exec, edited": [own, "exec", str(edited)],
+            "seoro exec": [own, "exec", str(hello)],
         }
         python = peer.peer_of(options)
         if python is not None:

@@ -17,7 +17,6 @@ from typing import Any, Final, NamedTuple
 
 from seoro.errors import UsageError
 from seoro.files.inputs import Kind, read_input
-from seoro.files.world_names import WorldName
 from seoro.lang.diagnostics import near
 
 FILE: Final = "seoro.toml"
@@ -69,6 +68,8 @@ def _paths(value: Any, folder: Path) -> tuple[Path, ...]:
 
 
 def _world(value: Any, folder: Path) -> str:
+    from seoro.files.world_names import WorldName  # noqa: PLC0415 - each command loads this module
+
     name = WorldName.parse(_text(value, folder))
     return name.located(lambda path: _path(str(path), folder))
 
