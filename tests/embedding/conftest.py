@@ -163,6 +163,8 @@ async def as_it_was() -> AsyncIterator[None]:
     """After the block, everything is as it was before, and nothing is left that was not there."""
     await asyncio.to_thread(len, "")  # the first thread of the loop's executor may bring a file
     gc.collect()  # nothing of other tests is to go in the meantime
+    loops = [thread.name for thread in threading.enumerate() if thread.name.startswith("asyncio-portal-")]
+    assert not loops, "the loop of another test runs in a thread; expected that it ends with its package"
     before, held = (state_of_the_program(), state_of_the_loop()), holdings()
     yield
     assert (state_of_the_program(), state_of_the_loop()) == before

@@ -25,19 +25,19 @@ def serving(options: SiteOptions) -> Iterator[Served]:
         yield served
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningExecutor]:
     with executor(tmp_path_factory.mktemp("x"), "--jobs", "3") as running:
         yield running
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of the site."""
     return tmp_path_factory.mktemp("site")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def served(lab: RunningExecutor, folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     with serving(SiteOptions((folder,), tmp_path_factory.mktemp("state"), lab.endpoint)) as found:
         yield found
@@ -49,7 +49,7 @@ def browser(served: Served) -> Iterator[Browser]:
         yield found
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def hello(folder: Path) -> Path:
     """Folder with the results of a run of this machine."""
     (folder / "hello.osc").write_text(HELLO)

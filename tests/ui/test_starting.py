@@ -47,7 +47,7 @@ scenario second:
 FILE = "form/form.osc"
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def form(folder: Path) -> Path:
     path = folder / FILE
     path.parent.mkdir()
