@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
-from seoro.actions.nav2_localization import LOCALISED, wait_until_localized
+from seoro.actions.nav2_localization import wait_until_localized
 from seoro.actions.nav2_requests import call_service
 from seoro.actions.reports import finish
-from seoro.actions.ros_robots import full_name, observed_namespace
+from seoro.actions.ros_robots import full_name, observed_names
 from seoro.errors import ActionFailed
 from seoro.runtime.actions.context import ActionContext
 from seoro.runtime.contracts.robots import LocalisedRobots
@@ -32,8 +32,8 @@ async def wait_for_localization(ctx: ActionContext, robot: Actor) -> None:
     """Wait until the robot has localized itself."""
     if not ctx.is_home(robot, LocalisedRobots):
         system, name = ctx.home(robot, ObservedSystem)
-        topic = full_name(robot, observed_namespace(robot, system, name), LOCALISED)
-        await wait_until_localized(ctx, system, topic)
+        names = observed_names(robot, system, name)
+        await wait_until_localized(ctx, system, names.full(names.pose))
         return
     robots, name = ctx.home(robot, LocalisedRobots)
     await finish(ctx, partial(robots.watch_localization, name), robots.cancel_watch)

@@ -15,7 +15,7 @@ import anyio
 
 from seoro.actions.reports import finish, meanwhile
 from seoro.actions.ros_only import refuse_unless
-from seoro.actions.ros_robots import observed_namespace
+from seoro.actions.ros_robots import observed_names
 from seoro.actions.ros_support import as_action_failure, log_missing, next_message, observed_system
 from seoro.errors import ActionFailed, BackendLost
 from seoro.robotics.geometry import Position3D
@@ -50,10 +50,10 @@ async def tf_close_to(
         await finish(ctx, watch, robots.cancel_watch)
         return
     system, name = ctx.home(robot, ObservedSystem)
-    namespace = observed_namespace(robot, system, name, namespace_override)
+    names = observed_names(robot, system, name, namespace_override)
     distance = math.inf
     with as_action_failure():
-        async with system.frames(namespace, lambda text: ctx.relay([text])) as frames:
+        async with system.frames(names.frames, lambda text: ctx.relay([text])) as frames:
             with log_missing(ctx, lambda: _far(frames, robot_frame_id, parent_frame_id, distance, threshold)):
                 while distance > threshold:
                     pose = await meanwhile(ctx, frames.next_pose(robot_frame_id, parent_frame_id))
@@ -78,8 +78,8 @@ async def odometry_distance_traveled(
         await finish(ctx, partial(robots.watch_distance, name, distance), robots.cancel_watch)
         return
     system, name = ctx.home(robot, ObservedSystem)
-    namespace = observed_namespace(robot, system, name, namespace_override)
-    topic = f"/{namespace}/odom" if namespace else "/odom"
+    names = observed_names(robot, system, name, namespace_override)
+    topic = names.full(names.odometry)
     travelled, last = 0.0, None
     with as_action_failure(), log_missing(ctx, lambda: f"{distance:g} m on {topic}; found {travelled:.3g} m"):
         async with system.subscribing(topic, ODOMETRY, DEFAULT_QOS) as odometry:

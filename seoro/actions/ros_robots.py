@@ -5,18 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 from seoro.robotics.geometry import Pose3D, quaternion
-from seoro.runtime.contracts.ros2 import ObservedSystem
+from seoro.runtime.contracts.ros2 import ObservedSystem, RobotNames
 from seoro.runtime.values.values import Actor
 
 
 def full_name(robot: Actor, namespace_override: str, name: str) -> str:
     """Return the full name of a topic, service or action of a robot; one with a leading slash is full."""
-    namespace = (namespace_override or str(robot.fields.get("namespace", ""))).strip("/")
-    return name if name.startswith("/") else f"/{namespace}/{name}" if namespace else f"/{name}"
+    return RobotNames(namespace=_own_namespace(robot, namespace_override)).full(name)
 
 
-def observed_namespace(robot: Actor, system: ObservedSystem, name: str, override: str = "") -> str:
-    """Return the namespace of an observed robot, without slashes around it.
+def observed_names(robot: Actor, system: ObservedSystem, name: str, override: str = "") -> RobotNames:
+    """Return the names of the topics of an observed robot.
 
     Args:
         robot: Actor of the robot; its namespace takes precedence over that of the system.
@@ -24,8 +23,12 @@ def observed_namespace(robot: Actor, system: ObservedSystem, name: str, override
         name: Name of the robot there.
         override: Namespace that takes precedence over both.
     """
-    own = (override or str(robot.fields.get("namespace", ""))).strip("/")
-    return own or system.namespace_of(name)
+    names, own = system.names_of(name), _own_namespace(robot, override)
+    return names.below(own) if own else names
+
+
+def _own_namespace(robot: Actor, override: str) -> str:
+    return (override or str(robot.fields.get("namespace", ""))).strip("/")
 
 
 def pose_message(pose: Pose3D) -> dict[str, Any]:

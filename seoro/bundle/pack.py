@@ -83,7 +83,7 @@ def pack(
     files = [*_single_files(options), *_world_files(options, lab), *sent.paths]
     names_absolute = sent.is_absolute or (lab is not None and _world_is_absolute(lab))
     if lab is not None and lab.bag is not None:
-        files += _bag_files(lab, lab.bag)
+        files += [*_bag_files(lab, lab.bag), *_profile_files(lab)]
     for path in () if lab is None else _resets(lab):
         reset = check_file(path, import_python=False).without_errors()
         of_reset = _files_of(reset, Options(), path.parent)
@@ -156,26 +156,41 @@ def _lab_of(options: Options) -> ReadLab | None:
     return read_lab(options.lab.file)
 
 
+def _check_relative(what: str, robot: str, path: str | None) -> None:
+    """Check that a path in a lab file is relative.
+
+    Args:
+        what: Owner of the path, in words.
+        robot: Name of the robot in the lab file.
+        path: The path, if there is one.
+    """
+    if Path(path or "").is_absolute():
+        raise UsageError(
+            f"the {what} of `{robot}` has an absolute path, {path}, which the executor does not have",
+            help="use a path relative to the lab file",
+        )
+
+
 def _bag_files(lab: ReadLab, bag: Path) -> Iterable[Path]:
     """Return the files of the bag of recorded robots."""
     for name, robot in lab.robots.items():
-        if Path(robot.bag or "").is_absolute():
-            raise UsageError(
-                f"the bag of `{name}` has an absolute path, {robot.bag}, which the executor does not have",
-                help="use a path relative to the lab file",
-            )
+        _check_relative("bag", name, robot.bag)
     return _files_below(bag) if bag.is_dir() else [bag]
+
+
+def _profile_files(lab: ReadLab) -> Iterator[Path]:
+    """Yield the profiles of recorded robots that are files."""
+    for name, robot in lab.robots.items():
+        _check_relative("profile", name, robot.profile)
+        named = lab.profile_of(name)
+        if named is not None and Path(named).suffix:
+            yield Path(named)
 
 
 def _resets(lab: ReadLab) -> Iterator[Path]:
     """Yield the reset scenarios of a lab."""
     for name, robot in lab.robots.items():
-        if robot.after is not None and Path(robot.after.scenario or "").is_absolute():
-            raise UsageError(
-                f"the reset scenario of `{name}` has an absolute path, {robot.after.scenario}, which the executor "
-                "does not have",
-                help="use a path relative to the lab file",
-            )
+        _check_relative("reset scenario", name, None if robot.after is None else robot.after.scenario)
     yield from {path: None for robot in lab.robots if (path := lab.reset_of(robot)) is not None}
 
 

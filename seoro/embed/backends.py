@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from seoro.lab.resetting import Reset
     from seoro.lab.selectors import Selector
     from seoro.lab.teardown import Teardown
+    from seoro.runtime.contracts.ros2 import RobotNames
     from seoro.runtime.debug.debugger import Debugger
 
 
@@ -106,7 +107,7 @@ async def open_backends(
 
 def open_bag_system(
     path: Path,
-    namespaces: Mapping[str, str] | None = None,
+    robots: Mapping[str, RobotNames] | None = None,
     *,
     is_alone: bool = True,
     tasks: TaskGroup | None = None,
@@ -115,7 +116,7 @@ def open_bag_system(
 
     Args:
         path: The bag.
-        namespaces: See `BagSystem`.
+        robots: See `BagSystem`.
         is_alone: See `BagSystem`.
         tasks: Task group that plays the bag by the clock of this machine; None if the run has another clock.
 
@@ -129,9 +130,7 @@ def open_bag_system(
     except ModuleNotFoundError as error:
         raise _missing_extra(error) from error
     bag = open_bag(path)
-    return (
-        BagSystem(bag, namespaces, is_alone=is_alone) if tasks is None else PlayedBag(bag, namespaces or {}, tasks)
-    )
+    return BagSystem(bag, robots, is_alone=is_alone) if tasks is None else PlayedBag(bag, robots or {}, tasks)
 
 
 def observing(system: BagSystem, placements: Mapping[str, Placement] = MappingProxyType({})) -> OpenBackends:

@@ -87,6 +87,11 @@ class Lab:
         """Return the file and line of the robot of an actor."""
         return self._lines.at(("robots", actor))
 
+    def profile_of(self, robot: str) -> str | None:
+        """Return the name or the path of the profile of a recorded robot; None without one."""
+        profile = self._file.robots[robot].profile
+        return profile if profile is None or not profile.endswith(".yaml") else str(self._folder / profile)
+
     def reset_of(self, robot: str) -> Path | None:
         """Return the file of the reset scenario of a robot; None without one.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Collection, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from anyio.abc import TaskGroup
 
@@ -16,12 +16,15 @@ from seoro.errors import UsageError
 from seoro.lab.binding import bind
 from seoro.lab.reading import Lab
 from seoro.lab.selectors import Selector
+from seoro.runtime.contracts.ros2 import RobotNames
 from seoro.runtime.execution.assignment import Home, Placement
 
 if TYPE_CHECKING:
     from seoro.bridges.ros2.recording.bag_system import BagSystem
     from seoro.bridges.sim.node import SimulatorNode
     from seoro.runtime.kernel.clock import TimeServer
+
+TF: Final = "tf"  # last name of topics of transforms
 
 
 @dataclass(frozen=True)
@@ -87,20 +90,44 @@ def _open_bag(
 ) -> BagSystem:
     """Open the bag of a lab for the robots that actors have."""
     assert lab.bag is not None, "checked before"
-    recorded = {name: robot.namespace.strip("/") for name, robot in lab.robots.items() if robot.bag is not None}
+    recorded = {name: _names_of(lab, name) for name, robot in lab.robots.items() if robot.bag is not None}
     first = next(iter(recorded))
     try:
         system = open_bag_system(lab.bag, recorded, is_alone=is_alone, tasks=tasks)
     except UsageError as error:
         raise UsageError(f"{lab.position_of(first)}: robots.{first}: {error.message}", help=error.help) from error
     for robot in bound:
-        if robot in recorded and not topics_in(system.topics, recorded[robot]):
+        if robot in recorded and not topics_in(system.topics, recorded[robot].namespace):
             raise UsageError(
                 f"{lab.position_of(robot)}: robots.{robot}: {system.name} has no topic in the namespace "
-                f"/{recorded[robot]}",
+                f"/{recorded[robot].namespace}",
                 help=f"topics: {', '.join(sorted(system.topics)) or 'none'}",
             )
     return system
+
+
+def _names_of(lab: Lab, robot: str) -> RobotNames:
+    """Return the names of the topics of a recorded robot, with those of its profile.
+
+    Raises:
+        UsageError: The extra `ros2` is not installed, or the profile cannot be used.
+    """
+    namespace, named = lab.robots[robot].namespace.strip("/"), lab.profile_of(robot)
+    if named is None:
+        return RobotNames(namespace)
+    from seoro.bridges.ros2.robots.profile import read_profile  # noqa: PLC0415 - for robots with a profile
+
+    try:
+        profile = read_profile(named)
+        if profile.tf.rpartition("/")[2] != TF:
+            raise UsageError(f"unsupported name of transforms, '{profile.tf}': expected `{TF}` at its end")
+    except UsageError as error:
+        place = lab.position_of(robot)
+        raise UsageError(f"{place}: robots.{robot}.profile: {error.message}", help=error.help) from error
+    base = profile.base
+    if base is None:
+        return RobotNames(namespace, profile.tf)
+    return RobotNames(namespace, profile.tf, base.odometry, base.pose)
 
 
 def _placements(lab: Lab, system: BagSystem, bound: Mapping[str, str]) -> dict[str, Placement]:

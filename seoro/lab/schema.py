@@ -141,6 +141,8 @@ class RobotFile(_Part):
         kind: `bag` for a recorded robot, which runs observe at the times of its bag.
         bag: Path of the ROS 2 bag of a recorded robot, relative to the folder of the lab file.
         namespace: Namespace of a recorded robot in its bag.
+        profile: Profile of a recorded robot with other topics than usual: its name, or the path of a `.yaml` file,
+            relative to the folder of the lab file.
         name_there: Name of the robot at its node; by default that in this file.
         type: Type of the robot. A robot with a type can be selected by `any:`.
         can: Capabilities, as free words.
@@ -153,6 +155,7 @@ class RobotFile(_Part):
     kind: Literal["bag"] | None = None
     bag: Text | None = None
     namespace: Annotated[str, Field(pattern=r"^/?([A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*)?$")] = "/"
+    profile: Text | None = None
     name_there: Annotated[Text | None, Field(alias="as")] = None
     type: Name | None = None
     can: tuple[Name, ...] = ()
@@ -167,8 +170,8 @@ class RobotFile(_Part):
         if (self.kind is None) != (self.bag is None):
             raise ValueError("a recorded robot needs both `kind: bag` and `bag`, the path of its bag")
         given = self.model_fields_set
-        if self.kind is None and "namespace" in given:
-            raise ValueError("`namespace` is that of a recorded robot: remove it, or add `kind: bag`")
+        if self.kind is None and (unused := sorted(given & {"namespace", "profile"})):
+            raise ValueError(f"{', '.join(unused)}: only for a recorded robot: remove it, or add `kind: bag`")
         if self.kind is not None and (unused := sorted(given & {"name_there", "limits", "before", "after"})):
             names = ", ".join("as" if name == "name_there" else name for name in unused)
             raise ValueError(f"a recorded robot obeys no commands: remove {names}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -23,11 +24,10 @@ HEAD = "import osc.helpers\nimport osc.ros\nscenario field:\n    tb: differentia
 LAB = "robots:\n  tb: {kind: bag, bag: drive, namespace: /tb}\n"
 
 
-@pytest.fixture
-async def folder(tmp_path: Path) -> Path:
-    """A lab with a recorded robot that drives from 0 to 5 m at 1 m/s, in a namespace."""
-    frames = BagTopic("/tb/tf", TF, TYPES.type_hash(TF), ())
-    odometry = BagTopic("/tb/odom", ODOMETRY, TYPES.type_hash(ODOMETRY), ())
+async def record(folder: Path, tf: str = "/tb/tf", odom: str = "/tb/odom", frame: str = "base_link") -> Path:
+    """Make a lab with a recorded robot that drives from 0 to 5 m at 1 m/s, in a namespace."""
+    frames = BagTopic(tf, TF, TYPES.type_hash(TF), ())
+    odometry = BagTopic(odom, ODOMETRY, TYPES.type_hash(ODOMETRY), ())
     goals = BagTopic(f"/tb/{GOALS}", STATUS, TYPES.type_hash(STATUS), ())
     messages = []
     for second, status in ((1, 2), (4, 4)):
@@ -36,15 +36,20 @@ async def folder(tmp_path: Path) -> Path:
     for step in range(51):
         at, x = step * SECOND // 10, step / 10
         place = {"translation": {"x": x}, "rotation": {"w": 1.0}}
-        transform = {"header": {"frame_id": "map"}, "child_frame_id": "base_link", "transform": place}
+        transform = {"header": {"frame_id": "map"}, "child_frame_id": frame, "transform": place}
         messages.append((CHATTER.name, text(str(step)), at))
-        messages.append(("/tb/tf", TYPES.encode(TF, {"transforms": [transform]}), at))
+        messages.append((tf, TYPES.encode(TF, {"transforms": [transform]}), at))
         pose = {"pose": {"pose": {"position": {"x": x}}}}
-        messages.append(("/tb/odom", TYPES.encode(ODOMETRY, pose), at))
+        messages.append((odom, TYPES.encode(ODOMETRY, pose), at))
     messages.sort(key=lambda each: each[2])
-    await write(tmp_path / "drive", messages, CHATTER, frames, odometry, goals)
-    (tmp_path / "lab.yaml").write_text(LAB)
-    return tmp_path
+    await write(folder / "drive", messages, CHATTER, frames, odometry, goals)
+    (folder / "lab.yaml").write_text(LAB)
+    return folder
+
+
+@pytest.fixture
+async def folder(tmp_path: Path) -> Path:
+    return await record(tmp_path)
 
 
 def execute(folder: Path, body: str, capsys: pytest.CaptureFixture[str], *options: str) -> tuple[int, str]:
@@ -88,6 +93,39 @@ def test_a_typed_robot_is_selected(folder: Path, capsys: pytest.CaptureFixture[s
     assert (status, "robots of the lab: first" in output) == (2, True), output
 
 
+PROFILE = """
+model: {model}
+kinds: [differential_drive_robot, robot, osc_actor]
+tf: /tf
+base:
+  limits: {{linear: 0.2, angular: 0.5}}
+  odometry: controller/odom
+"""
+
+
+@pytest.fixture
+async def shared(tmp_path: Path) -> Path:
+    """A recorded robot as of ros2_control, in a fleet that shares its transforms."""
+    return await record(tmp_path, "/tf", "/tb/controller/odom", "tb/base_link")
+
+
+def test_a_profile_names_its_topics(shared: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = shared
+    body = """parallel:
+        tb.odometry_distance_traveled(1.95m)
+        tb.tf_close_to(25cm, position_3d(x: 3m), robot_frame_id: "tb/base_link")"""
+    status, output = execute(folder, body, capsys)
+    assert (status, "no topic /tb/odom" in output) == (1, True), output
+    (folder / "lab.yaml").write_text(LAB.replace("/tb}", "/tb, profile: shared.yaml}"))
+    (folder / "shared.yaml").write_text(PROFILE.format(model="tb"))
+    status, output = execute(folder, body, capsys, "-o", str(folder / "out"))
+    assert (status, "passed  field in 2.80 s" in output) == (0, True), output
+    records = [json.loads(line) for line in (folder / "out" / "trace.jsonl").read_text().splitlines()]
+    assert {name for each in records if each["kind"] == "poses" for name in each["entities"]} == {"tb"}
+    sent = pack(seoro.load(folder / "field.osc"), Options(lab=seoro.Lab(folder / "lab.yaml"))).manifest.files
+    assert "shared.yaml" in {each.path for each in sent}
+
+
 @pytest.mark.parametrize(
     ("body", "options", "reason"),
     [
@@ -115,6 +153,12 @@ def test_commands_are_refused_before_the_run(
         ("tb: {kind: bag, bag: missing}", "lab.yaml:2: robots.tb: "),
         ("tb: {kind: bag, bag: drive, namespace: /tb1}", "lab.yaml:2: robots.tb: the bag"),
         ("two: {kind: bag, bag: drive}", "lab.yaml:2: unknown actor 'two'"),
+        (
+            "tb: {in: hall, profile: turtlebot4}",
+            "profile: only for a recorded robot: remove it, or add `kind: bag`",
+        ),
+        ("tb: {kind: bag, bag: drive, profile: tb5}", "lab.yaml:2: robots.tb.profile: unknown profile 'tb5'"),
+        ("tb: {kind: bag, bag: drive, profile: tb.yaml}", "robots.tb.profile: "),
     ],
 )
 def test_invalid_labs_are_refused(

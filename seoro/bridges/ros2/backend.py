@@ -76,9 +76,9 @@ class RosBackend:
         self._actors: list[str] = []  # robots of the scenario
         self._tracking: CancelScope | None = None
 
-    def namespace_of(self, robot: str) -> str:
-        """Return an empty text: actors have the namespaces of running robots."""
-        return ""
+    def names_of(self, robot: str) -> contract.RobotNames:
+        """Return the usual names: actors have the namespaces of running robots."""
+        return contract.RobotNames()
 
     def loss_since(self, moment: float) -> str:
         """See `Connected`. Messages sent during an outage are lost, so each outage counts."""

@@ -29,6 +29,35 @@ class Wanted(Value):
     node: str = ""
 
 
+class RobotNames(Value):
+    """Topics of an observed robot; those without a leading slash are below its namespace.
+
+    Args:
+        namespace: Namespace of the robot, without slashes around it; empty for the root.
+        tf: Topic of transforms; that of static ones is `tf_static` beside it.
+        odometry: Topic of `nav_msgs/Odometry`.
+        pose: Topic of the poses of its localisation.
+    """
+
+    namespace: str = ""
+    tf: str = "tf"
+    odometry: str = "odom"
+    pose: str = "amcl_pose"
+
+    def full(self, name: str) -> str:
+        """Return the full form of a name."""
+        return name if name.startswith("/") else f"/{self.namespace}/{name}" if self.namespace else f"/{name}"
+
+    def below(self, namespace: str) -> RobotNames:
+        """Return the names of an equal robot in a namespace."""
+        return RobotNames(namespace, self.tf, self.odometry, self.pose)
+
+    @property
+    def frames(self) -> str:
+        """Namespace of the transforms, without slashes around it."""
+        return self.full(self.tf).rpartition("/")[0].strip("/")
+
+
 class RosMessage(Protocol):
     """A received message."""
 
@@ -142,8 +171,8 @@ class ObservedSystem(Protocol):
     def loss_since(self, moment: float) -> str:
         """See `backends.Connected`."""
 
-    def namespace_of(self, robot: str) -> str:
-        """Return the namespace of a robot, unless its actor has one; empty for the root."""
+    def names_of(self, robot: str) -> RobotNames:
+        """Return the names of the topics of a robot; its actor may have another namespace."""
 
     def subscribing(self, topic: str, type_name: str, qos: str) -> AbstractAsyncContextManager[RosSubscription]:
         """Create a subscription to a topic.

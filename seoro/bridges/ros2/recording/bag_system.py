@@ -38,19 +38,21 @@ class BagSystem:
 
     Args:
         bag: The bag.
-        namespaces: Namespaces of the recorded robots of a lab, by their names there. None if the bag was recorded
-            on any robot of the scenario.
+        robots: Names of the topics of the recorded robots of a lab, by their names there. None if the bag was
+            recorded on any robot of the scenario.
         is_alone: Whether a run cannot go on after the end of the bag, since the bag is its clock.
 
     Attributes:
         changed: Notified when an action begins to observe.
     """
 
-    def __init__(self, bag: Bag, namespaces: Mapping[str, str] | None = None, *, is_alone: bool = True) -> None:
+    def __init__(
+        self, bag: Bag, robots: Mapping[str, contract.RobotNames] | None = None, *, is_alone: bool = True
+    ) -> None:
         self.name = f"the bag {bag.path}"
         self.topics = frozenset(bag.topics)
         self._bag = bag
-        self._namespaces = namespaces
+        self._robots = robots
         self._types = TypeStore.bundled()
         self._definitions_of: dict[str, TypeStore] = {}  # by topic
         self._start = bag.extent.start
@@ -72,7 +74,7 @@ class BagSystem:
 
     def assign_robot(self, actor: str, types: Sequence[str]) -> str | None:
         """Return the name of an actor if it is a robot: the bag was recorded on it. Labs assign theirs."""
-        if self._namespaces is not None or ROBOT not in types:
+        if self._robots is not None or ROBOT not in types:
             return None
         self._actors.append(actor)
         return actor
@@ -84,9 +86,9 @@ class BagSystem:
             hint += f", or check how its own goals ended, with `check_data` on {', '.join(goals)}"
         return hint
 
-    def namespace_of(self, robot: str) -> str:
-        """Return the namespace of a robot in a lab file; empty for the root."""
-        return (self._namespaces or {}).get(robot, "")
+    def names_of(self, robot: str) -> contract.RobotNames:
+        """Return the names of the topics of a robot, by the lab file."""
+        return (self._robots or {}).get(robot, contract.RobotNames())
 
     async def start_run(self, on_event: EventHandler, on_lost: LossHandler) -> None:
         """See `Backend`."""
@@ -94,9 +96,9 @@ class BagSystem:
 
     async def start_tracks(self, rate: float, report: TrackReporter, scans: float = 0.0) -> None:
         """See `Tracks`. Without a lab, the poses are those of the only robot of the scenario."""
-        robots = self._namespaces
+        robots = self._robots
         if robots is None:
-            robots = dict.fromkeys(self._actors, "") if len(self._actors) == 1 else {}
+            robots = dict.fromkeys(self._actors, contract.RobotNames()) if len(self._actors) == 1 else {}
         self._tracks = BagTracks(self._bag, robots, self._definitions, rate, report)
 
     async def end_run(self) -> None:

@@ -13,6 +13,7 @@ from seoro.bridges.ros2.recording.bag_system import BagSystem
 from seoro.bridges.ros2.recording.reader import Bag
 from seoro.errors import BackendLost
 from seoro.runtime.contracts.backends import EventHandler, LossHandler
+from seoro.runtime.contracts.ros2 import RobotNames
 
 
 class BagTime:
@@ -68,12 +69,12 @@ class PlayedBag(BagSystem):
 
     Args:
         bag: The bag.
-        namespaces: See `BagSystem`.
+        robots: See `BagSystem`.
         tasks: Task group of the run.
     """
 
-    def __init__(self, bag: Bag, namespaces: Mapping[str, str], tasks: TaskGroup) -> None:
-        super().__init__(bag, namespaces, is_alone=False)
+    def __init__(self, bag: Bag, robots: Mapping[str, RobotNames], tasks: TaskGroup) -> None:
+        super().__init__(bag, robots, is_alone=False)
         self._tasks = tasks
         self._playing = CancelScope()
 

@@ -10,11 +10,12 @@ from seoro.bridges.ros2.interfaces import InvalidPayload, TypeStore
 from seoro.bridges.ros2.recording.bag_clock import SECOND
 from seoro.bridges.ros2.recording.metadata import BagMessage
 from seoro.bridges.ros2.recording.reader import Bag
-from seoro.bridges.ros2.tf.robots import ODOMETRY, TRANSFORMS, UNNAMED, RobotFrames, namespace_of
+from seoro.bridges.ros2.tf.robots import ODOMETRY, TRANSFORMS, UNNAMED, RobotFrames
 from seoro.errors import UsageError
+from seoro.runtime.contracts.ros2 import RobotNames
 from seoro.runtime.contracts.tracks import TrackReporter
 
-TYPES: Final = {"tf": TRANSFORMS, "tf_static": TRANSFORMS, "odom": ODOMETRY}  # by the last name of topics
+STATIC: Final = "tf_static"  # last name of topics
 
 
 class BagTracks:
@@ -22,7 +23,7 @@ class BagTracks:
 
     Args:
         bag: The bag.
-        robots: Namespaces by the names of robots; empty for the root.
+        robots: Names of their topics, by the names of the robots.
         definitions: Returns the definitions of a topic.
         rate: Samples per second of the bag [1/s].
         report: Called with each sample.
@@ -31,24 +32,34 @@ class BagTracks:
     def __init__(
         self,
         bag: Bag,
-        robots: Mapping[str, str],
+        robots: Mapping[str, RobotNames],
         definitions: Callable[[str], TypeStore],
         rate: float,
         report: TrackReporter,
     ) -> None:
-        self._names = {namespace: name for name, namespace in robots.items()}
+        self._names: dict[str, dict[str, str]] = {}  # of robots, by the namespaces of their frames and their own
+        self._frames: dict[str, RobotFrames] = {}  # by their namespaces
+        self._followed: dict[str, tuple[str, str]] = {}  # types and namespaces of frames, by topics
+        for name, names in robots.items():
+            self._follow(name, names, bag)
         self._definitions = definitions
         self._reports = PoseReports(report, are_real=True)
-        self._frames = {namespace: RobotFrames(namespace) for namespace in self._names}
-        topics = [name for name, each in bag.topics.items() if self._is_followed(name, each.type)]
+        topics = list(self._followed)
         self._messages = bag.messages(topics) if topics else iter(())
         self._next: BagMessage | None = None
         self._start = self._due = bag.extent.start
         self._end = bag.extent.end if topics else self._start - 1
         self._period = round(SECOND / rate)
 
-    def _is_followed(self, topic: str, type_name: str) -> bool:
-        return namespace_of(topic) in self._frames and TYPES.get(topic.rpartition("/")[2]) == type_name
+    def _follow(self, robot: str, names: RobotNames, bag: Bag) -> None:
+        space = names.frames
+        self._names.setdefault(space, {})[names.namespace] = robot
+        self._frames.setdefault(space, RobotFrames(space))
+        beside = f"/{space}/{STATIC}" if space else f"/{STATIC}"
+        transforms, odometry = names.full(names.tf), names.full(names.odometry)
+        for topic, type_ in ((transforms, TRANSFORMS), (beside, TRANSFORMS), (odometry, ODOMETRY)):
+            if topic in bag.topics and bag.topics[topic].type == type_:
+                self._followed[topic] = (type_, space)
 
     def advance(self, until: int) -> None:
         """Report the samples up to a time [ns since the epoch].
@@ -66,18 +77,26 @@ class BagTracks:
             self._due += self._period
 
     def _put(self, message: BagMessage) -> None:
-        last, frames = message.topic.rpartition("/")[2], self._frames[namespace_of(message.topic)]
+        type_, space = self._followed[message.topic]
+        frames = self._frames[space]
         try:
-            decoded = self._definitions(message.topic).decode(TYPES[last], message.payload)
+            decoded = self._definitions(message.topic).decode(type_, message.payload)
         except (InvalidPayload, UsageError):
             return  # actions that observe the topic report it
-        if last == "odom":
+        if type_ == ODOMETRY:
             frames.put_odometry(decoded)
         else:
-            frames.put_transforms(decoded, is_static=last == "tf_static")
+            frames.put_transforms(decoded, is_static=message.topic.endswith(f"/{STATIC}"))
 
     def _sample(self, at: float) -> None:
-        for namespace, frames in self._frames.items():
+        for space, frames in self._frames.items():
             for robot in frames.robots():
-                name = self._names[namespace] if robot.name in (namespace, UNNAMED) else robot.name
+                name = self._name_of(robot.name, space)
                 self._reports.add(name, (*robot.pose.translation, *robot.pose.rotation), robot.frame, at)
+
+    def _name_of(self, found: str, space: str) -> str:
+        """Return the name of a robot, by that of its prefix or namespace."""
+        names = self._names[space]
+        if found in names:
+            return names[found]
+        return next(iter(names.values())) if len(names) == 1 and found in (space, UNNAMED) else found
