@@ -18,9 +18,9 @@ from nav2_msgs.action import NavigateToPose
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import MultiThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, CameraInfo, Imu, LaserScan
+from spinning import spin
 from tf2_msgs.msg import TFMessage
 
 TICK = 0.05  # [s]
@@ -139,12 +139,10 @@ def main():
     options = json.loads(sys.argv[1]) if sys.argv[1:2] and sys.argv[1].startswith("{") else {}
     node = rclpy.create_node("driver")
     robot = Robot(node, **options)
-    executor = MultiThreadedExecutor(num_threads=4)
-    executor.add_node(node)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     try:
-        executor.spin()
+        spin(node, threads=4)
     finally:
         del robot
         os._exit(0)  # rclpy may hang in its exit

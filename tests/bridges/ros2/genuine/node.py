@@ -13,9 +13,9 @@ import rclpy
 from geometry_msgs.msg import WrenchStamped
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import MultiThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, NavSatFix, PointCloud2, Range
+from spinning import spin
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 from test_msgs.action import Fibonacci
@@ -155,11 +155,9 @@ def main():
     kind, argument = sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else ""
     node = rclpy.create_node(kind)
     KINDS[kind](node, argument)
-    executor = MultiThreadedExecutor(num_threads=4)
-    executor.add_node(node)
     print_line("ready")
     try:
-        executor.spin()
+        spin(node, threads=4)
     finally:
         os._exit(0)  # rclpy may hang in its exit
 

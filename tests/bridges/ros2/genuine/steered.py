@@ -20,12 +20,11 @@ import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterEvent, SetParametersResult
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+from spinning import spin
 
 OUTPUT = threading.Lock()
 LENGTH = 3  # of generated sequences without bounds
@@ -436,13 +435,9 @@ def main():
     rclpy.init(args=sys.argv)
     name = sys.argv[1]
     node = Life(name) if name == "life" else rclpy.create_node(name)
-    # rclpy's executor may miss entities that other threads make, until it wakes up again.
-    node.create_timer(0.1, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    executor = MultiThreadedExecutor(num_threads=8)
-    executor.add_node(node)
     threading.Thread(target=serve_requests, args=(Steered(node),), daemon=True).start()
     print_line(event="ready")
-    executor.spin()
+    spin(node, threads=8)
 
 
 if __name__ == "__main__":
