@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import socket
 from pathlib import Path
 from typing import Final
@@ -11,11 +10,10 @@ import anyio
 from anyio.abc import SocketStream
 
 from seoro.bridges.session import is_endpoint
+from seoro.bridges.session.endpoints import place_of
 from seoro.doctor.findings import Finding, failed, ok
 
 TIMEOUT: Final = 3.0  # [s]
-_PLACE: Final = re.compile(r"(tcp|tls|ws)/(?P<host>\[[^\]]+\]|[^:]+):(?P<port>\d+).*")
-_FILE: Final = re.compile(r"unixsock-stream/(?P<path>[^?#]+).*")
 _START: Final = "start an executor there with `seoro serve`, or name another with `--executor` or SEORO_EXECUTOR"
 
 
@@ -28,10 +26,11 @@ async def check_endpoint(endpoint: str, start: str = _START) -> Finding:
     """
     if not is_endpoint(endpoint):
         return failed("endpoint", f"invalid endpoint '{endpoint}'", "expected for example tcp/127.0.0.1:7470")
-    if match := _FILE.fullmatch(endpoint):
-        return await _check_socket(Path(match["path"]), start)
-    if match := _PLACE.fullmatch(endpoint):
-        return await _check_port(match["host"].strip("[]"), int(match["port"]), start)
+    match place_of(endpoint):
+        case Path() as path:
+            return await _check_socket(path, start)
+        case (host, port):
+            return await _check_port(host, port, start)
     return ok("endpoint", f"{endpoint}: only Zenoh can check this kind of endpoint")
 
 

@@ -13,7 +13,7 @@ import anyio
 from anyio.abc import TaskStatus
 
 from seoro.bridges import wire
-from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session
+from seoro.bridges.session import AsyncSession, SessionError, is_secured, open_session, open_session_at_once
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.concurrency.background import background
 from seoro.concurrency.gathering import gather
@@ -120,16 +120,22 @@ class Connection:
 
 @asynccontextmanager
 async def connect_endpoint(
-    endpoint: str, folder: Path | None = None
+    endpoint: str, folder: Path | None = None, *, is_repeated: bool = False
 ) -> AsyncIterator[tuple[AsyncSession, Keys | None]]:
     """Connect to an endpoint while the block lasts; yields the session and its keys.
+
+    Args:
+        endpoint: The endpoint.
+        folder: Folder of keys, as in `connect_members`.
+        is_repeated: Whether the caller tries again itself, so that no late process is waited for.
 
     Raises:
         SessionError: The endpoint is unreachable.
         UsageError: The keys are missing, or not valid there.
     """
     keys = keys_for(endpoint, ASKING, folder)
-    async with open_session(connect=endpoint, security=security_of(endpoint, keys)) as session:
+    opening = open_session_at_once if is_repeated else open_session
+    async with opening(connect=endpoint, security=security_of(endpoint, keys)) as session:
         yield session, keys
 
 

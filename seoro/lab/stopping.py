@@ -82,7 +82,7 @@ async def _stop_at(
     key, payload = wire.emergency_key(wire.NAMESPACE), wire.encode(request)
     try:
         async with AsyncExitStack() as stack:
-            session, keys = await stack.enter_async_context(connect_endpoint(endpoint, folder))
+            session, keys = await stack.enter_async_context(connect_endpoint(endpoint, folder, is_repeated=True))
             own = keys if is_secured(endpoint) else None
             if own is None or own.identity.role in MOVING:  # for others, the request is refused
                 publisher = await stack.enter_async_context(publishing(session, key, is_urgent=True))

@@ -147,7 +147,7 @@ class LabWatch:
     async def _read(self, endpoint: str) -> None:
         while True:
             try:
-                async with connect_endpoint(endpoint, self._keys) as (session, keys):
+                async with connect_endpoint(endpoint, self._keys, is_repeated=True) as (session, keys):
                     while not session.is_cut_off:
                         await self._read_members(await members_at(endpoint, session, keys))
                 reason = "the connection is lost"

@@ -3,6 +3,7 @@
 import asyncio
 import queue
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -22,11 +23,15 @@ from seoro.bridges.session import (
     Request,
     Session,
     SessionError,
+    asynchronous,
     open_session,
+    open_session_at_once,
 )
 from seoro.bridges.session.endpoints import is_endpoint
+from seoro.bridges.session.errors import Unanswered
+from seoro.bridges.session.reaching import may_be_late
 from seoro.bridges.session.settings import session_settings
-from tests.routers import routing
+from tests.routers import free_endpoint, router_process, routing
 
 SERVER = Path(__file__).with_name("echo_server.py")
 KEY = "seoro/1/default/node/echo/cmd/echo"
@@ -232,3 +237,37 @@ def open_files() -> list[str]:
 def test_the_send_queue_holds_a_megabyte(patient: bool) -> None:
     queue = session_settings(None, "tcp/127.0.0.1:7447", patient=patient)["transport"]["link"]["tx"]["queue"]
     assert queue["size"]["data"] * 65_536 == 1_048_576
+
+
+@pytest.mark.parametrize("kind", ["port", "file"])
+async def test_a_late_process_is_reached(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    endpoint = free_endpoint() if kind == "port" else f"unixsock-stream/{tmp_path}/hub.sock"
+    with router_process(endpoint) as router:
+        late: list[bool] = []
+
+        async def is_late(endpoint: object) -> bool:
+            late.append(await may_be_late(endpoint))
+            router.send_signal(signal.SIGCONT)
+            return late[-1]
+
+        monkeypatch.setattr(asynchronous, "may_be_late", is_late)
+        router.send_signal(signal.SIGSTOP)
+        async with open_session(connect=endpoint) as session:
+            assert late == [True]
+            assert not session.is_cut_off
+
+
+async def test_a_silent_process_is_given_up() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(Unanswered, match="nothing answers"):
+        async with open_session_at_once(connect=f"tcp/127.0.0.1:{silent.getsockname()[1]}"):
+            pass
+
+
+async def test_only_listening_processes_may_be_late(tmp_path: Path) -> None:
+    file = tmp_path / "hub.sock"
+    for endpoint in (free_endpoint(), f"unixsock-stream/{file}", "udp/127.0.0.1:7447", None):
+        assert not await may_be_late(endpoint)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        port = silent.getsockname()[1]
+        assert await may_be_late(f"tcp/127.0.0.1:{port}")
+        assert not await may_be_late(f"tls/127.0.0.1:{port}")

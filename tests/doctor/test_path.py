@@ -130,7 +130,7 @@ async def test_a_suspended_executor_is_reported(tmp_path: Path) -> None:
         finally:
             os.kill(running.process.pid, signal.SIGCONT)
     assert last.health is Health.FAILED
-    assert "if it hangs" in last.help
+    assert "suspended (`kill -STOP`" in last.help
 
 
 @pytest.mark.parametrize(("most", "health"), [(0.02, Health.OK), (peers.SLOW, Health.WARNING)])

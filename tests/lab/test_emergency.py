@@ -121,7 +121,7 @@ async def test_a_silent_endpoint_delays_no_other_stop(rails: Rails, monkeypatch:
 
     async with released(rails.endpoint):
         with anyio.fail_after(30.0), monkeypatch.context() as patched:
-            patched.setattr(status, "open_session", opening)
+            patched.setattr(status, "open_session_at_once", opening)
             outcomes = await stop(slow[0], rails.endpoint, slow[1])
     assert [outcome.display_name for outcome in outcomes] == [slow[0], "the node 'rails'", slow[1]]
     assert outcomes[1].done == "stopped line"

@@ -5,7 +5,15 @@
 `Outages` records lost connections, and `Security` holds the keys for TLS. No other package imports zenoh.
 """
 
-from seoro.bridges.session.asynchronous import Answer, AsyncSession, Check, form_of, open_session, query_parts
+from seoro.bridges.session.asynchronous import (
+    Answer,
+    AsyncSession,
+    Check,
+    form_of,
+    open_session,
+    open_session_at_once,
+    query_parts,
+)
 from seoro.bridges.session.core import Session
 from seoro.bridges.session.endpoints import is_endpoint, is_local, is_secured
 from seoro.bridges.session.errors import InvalidEndpoint, NoAnswer, NoServer, NotAuthentic, Refused, SessionError
@@ -49,6 +57,7 @@ __all__ = [
     "is_local",
     "is_secured",
     "open_session",
+    "open_session_at_once",
     "publishing",
     "query_parts",
     "subscribing",

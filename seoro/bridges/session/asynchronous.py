@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple, ParamSpec, TypeAlias
 
@@ -14,8 +15,9 @@ from zenoh.handlers import Callback
 
 from seoro.bridges.session.core import EVERYTHING, Session
 from seoro.bridges.session.declaring import declared, undeclare
-from seoro.bridges.session.errors import NoAnswer, NoServer, NotAuthentic, Refused
+from seoro.bridges.session.errors import NoAnswer, NoServer, NotAuthentic, Refused, Unanswered
 from seoro.bridges.session.mailbox import Bound, Mailbox
+from seoro.bridges.session.reaching import PATIENCE, may_be_late
 from seoro.bridges.session.requests import PART, AdmissionPolicy, Form, Request, to_bytes
 
 if TYPE_CHECKING:
@@ -287,14 +289,29 @@ async def _parts(arrived: Mailbox[list[Answer]], key: str, check: Check) -> Asyn
         yield is_part, payload
 
 
-def _opener(make: Callable[P, Session]) -> Callable[P, AbstractAsyncContextManager[AsyncSession]]:
+def _opener(make: Callable[P, Session], patience: float) -> Callable[P, AbstractAsyncContextManager[AsyncSession]]:
     @asynccontextmanager
     async def open_session(*args: P.args, **options: P.kwargs) -> AsyncIterator[AsyncSession]:
-        async with declared(partial(make, *args, **options), Session.close) as opened:
+        deadline = time.monotonic() + patience
+        async with AsyncExitStack() as stack:
+            while True:
+                try:
+                    opening = declared(partial(make, *args, **options), Session.close)
+                    opened = await stack.enter_async_context(opening)
+                    break
+                except Unanswered:
+                    if time.monotonic() > deadline or not await may_be_late(options.get("connect")):
+                        raise
             yield AsyncSession(opened)
 
     return open_session
 
 
-open_session = _opener(Session)
-"""Open a session in a worker thread, and close it on every path; see `Session` for the arguments."""
+open_session = _opener(Session, PATIENCE)
+"""Open a session in a worker thread, and close it on every path; see `Session` for the arguments.
+
+A process that listens has 5 s to answer.
+"""
+
+open_session_at_once = _opener(Session, 0.0)
+"""The same for callers that try again themselves: a process that listens has a second to answer."""

@@ -22,7 +22,7 @@ from zenoh.handlers import Callback
 
 from seoro.bridges.session.brokered import broker_address
 from seoro.bridges.session.endpoints import is_endpoint
-from seoro.bridges.session.errors import InvalidEndpoint, SessionError
+from seoro.bridges.session.errors import InvalidEndpoint, SessionError, Unanswered
 from seoro.bridges.session.outages import Outages
 from seoro.bridges.session.requests import AdmissionPolicy, Refuser, Request, receiver
 from seoro.bridges.session.security import Security, secured_settings
@@ -37,10 +37,12 @@ INBOX_SIZE = 256
 EVERYTHING = AdmissionPolicy()
 
 
-def _reason(error: Exception) -> str:
-    """Return Zenoh's error message without source positions, and a plain text for the most frequent case."""
+def _failure(error: Exception, what: str) -> SessionError:
+    """Return the exception for an error of Zenoh, without its source positions."""
     text = str(error).partition(" at /")[0]
-    return "nothing answers there" if text.startswith("Unable to connect to any of") else text
+    if text.startswith("Unable to connect to any of"):
+        return Unanswered(f"cannot {what}: nothing answers there")
+    return SessionError(f"cannot {what}: {text}")
 
 
 class Session:
@@ -60,6 +62,7 @@ class Session:
 
     Raises:
         InvalidEndpoint: An endpoint is invalid.
+        Unanswered: No session answers at the endpoint to connect to within a second.
         SessionError: Not exactly one of `listen` and `connect` is given, or the endpoint does not work.
     """
 
@@ -96,9 +99,7 @@ class Session:
             self._zenoh = self._open()
             self._is_routed = bool(list(self._zenoh.info.routers_zid()))
         except zenoh.ZError as error:
-            raise SessionError(
-                f"cannot {'listen on' if listen else 'connect to'} {endpoint}: {_reason(error)}"
-            ) from error
+            raise _failure(error, f"{'listen on' if listen else 'connect to'} {endpoint}") from error
 
     def _open(self, **changes: Any) -> zenoh.Session:
         return zenoh.open(zenoh.Config.from_json5(json.dumps(self._settings | changes)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Final
 
 # Transports of the Zenoh of PyPI with a port; IPv6 addresses stand in brackets, and `?` and `#` begin options.
@@ -13,6 +14,18 @@ _LOCAL: Final = re.compile(r"unixsock-stream/.+")
 def is_endpoint(text: str) -> bool:
     """Whether a text is a valid endpoint of Zenoh, such as `tcp/127.0.0.1:7447`."""
     return bool(_NETWORK.fullmatch(text) or _LOCAL.fullmatch(text))
+
+
+_PORT: Final = re.compile(r"(tcp|tls|ws)/(?P<host>\[[^\]]+\]|[^:]+):(?P<port>\d+).*")
+_FILE: Final = re.compile(r"unixsock-stream/(?P<path>[^?#]+).*")
+
+
+def place_of(endpoint: str) -> tuple[str, int] | Path | None:
+    """Return the host and TCP port, or the socket file, of an endpoint; None for other transports."""
+    if match := _FILE.fullmatch(endpoint):
+        return Path(match["path"])
+    match = _PORT.fullmatch(endpoint)
+    return None if match is None else (match["host"].strip("[]"), int(match["port"]))
 
 
 # addresses reachable from this machine only

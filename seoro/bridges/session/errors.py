@@ -9,6 +9,10 @@ class InvalidEndpoint(SessionError):
     """The endpoint is invalid."""
 
 
+class Unanswered(SessionError):
+    """No session answers at the endpoint in time."""
+
+
 class NoServer(SessionError):
     """No session serves the requested key."""
 
