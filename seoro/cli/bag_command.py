@@ -31,7 +31,7 @@ _SECOND = 1_000_000_000  # [ns]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("bag", metavar="BAG", type=Path, help="rosbag2 folder, or file (.mcap or .db3)")
-    add_option(parser, "--repair", "complete truncated MCAP files")
+    add_option(parser, "--repair", "complete truncated files")
     add_option(
         parser, "--trace FILE", "write a trace of its frames, scans, map, plans and logs, for `seoro report`"
     )

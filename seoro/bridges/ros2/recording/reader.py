@@ -27,6 +27,8 @@ from seoro.bridges.ros2.recording.metadata import (
     write_metadata,
 )
 from seoro.bridges.ros2.recording.scanning import DAMAGES, is_whole, repair
+from seoro.bridges.ros2.recording.sqlite_file import STORAGE
+from seoro.bridges.ros2.recording.sqlite_mending import mend
 from seoro.files.inputs import Kind, open_input
 
 if TYPE_CHECKING:
@@ -112,29 +114,30 @@ def open_bag(path: Path) -> Bag:
 
 
 def repair_bag(path: Path) -> Bag:
-    """Complete the MCAP files of a bag, so that all tools can read them, and rewrite its `metadata.yaml`.
+    """Complete the files of a bag, so that all tools can read them, and rewrite its `metadata.yaml`.
 
-    All readable messages are kept; only incomplete messages are removed.
+    All readable messages are kept; only incomplete messages, and unfinished writes of SQLite, are removed.
 
     Args:
         path: Folder of a bag, or a file.
 
     Raises:
-        UnreadableBag: The bag is missing, a file is not an MCAP file, or the bag is still being written.
+        UnreadableBag: The bag is missing, a file is neither MCAP nor SQLite, or the bag is still being written.
         OSError: The bag cannot be written.
     """
     files = _files_of(path) if path.is_dir() else [path]
-    if not files or any(file.suffix != MCAP or not file.is_file() for file in files):
-        raise UnreadableBag(f"{path} is not a bag of MCAP files; only these can be repaired")
+    if not files or any(file.suffix not in _REPAIRS or not file.is_file() for file in files):
+        raise UnreadableBag(f"{path} is not a bag of MCAP or SQLite files; only these can be repaired")
     for file in files:
-        _repair_file(file)
+        _REPAIRS[file.suffix](file)
     if path.is_dir():
         bag, extents = open_bag(path), {file.name: open_bag(file).extent for file in files}
-        write_metadata(path, information(extents, list(bag.topics.values()), bag.notes))
+        storage = STORAGE if files[0].suffix == SQLITE else "mcap"
+        write_metadata(path, information(extents, list(bag.topics.values()), bag.notes, storage=storage))
     return open_bag(path)
 
 
-def _repair_file(file: Path) -> None:
+def _repair_mcap(file: Path) -> None:
     try:
         with open_input(file, Kind.RECORDING) as stream:
             whole = is_whole(stream)
@@ -146,16 +149,18 @@ def _repair_file(file: Path) -> None:
         raise UnreadableBag(f"{file} is still being written") from None
 
 
+_REPAIRS: Final = {MCAP: _repair_mcap, SQLITE: mend}
+
+
 def _files_of(folder: Path) -> list[Path]:
-    """Return the MCAP files of a folder in the order of their numbers."""
-    return sorted(
-        folder.glob(f"*{MCAP}"), key=lambda path: [_sort_key(part) for part in re.split(r"(\d+)", path.name)]
-    )
+    """Return the MCAP files of a folder in the order of their numbers; without any, its SQLite files."""
+    found = [*folder.glob(f"*{MCAP}")] or [*folder.glob(f"*{SQLITE}")]
+    return sorted(found, key=lambda path: [_sort_key(part) for part in re.split(r"(\d+)", path.name)])
 
 
 def _open_folder(folder: Path, metadata: Metadata | None) -> list[Source]:
     if metadata is None:
-        files = _files_of(folder) or sorted(folder.glob(f"*{SQLITE}"))
+        files = _files_of(folder)
         if not files:
             raise UnreadableBag(f"{folder} is not a bag: expected {FILE_NAME}, or files {MCAP} or {SQLITE}")
         return _open_files(files)

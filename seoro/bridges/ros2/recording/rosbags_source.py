@@ -16,6 +16,7 @@ from rosbags.rosbag2 import Reader, ReaderError
 from seoro.bridges.ros2.recording.errors import UnreadableBag
 from seoro.bridges.ros2.recording.metadata import BagMessage, BagTopic, Extent
 from seoro.bridges.ros2.recording.profiles import read_profiles
+from seoro.bridges.ros2.recording.sqlite_mending import check_complete
 
 _DAMAGES: Final = (ReaderError, SqliteError, ValueError, KeyError, EOFError, struct.error)
 
@@ -27,13 +28,15 @@ class RosbagsSource:
         path: Folder or file.
 
     Raises:
-        UnreadableBag: The bag is unreadable.
+        UnreadableBag: The bag is unreadable, or a write of an SQLite file is unfinished.
     """
 
     is_cut_off = False
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        for file in path.glob("*.db3") if path.is_dir() else [path]:
+            check_complete(file)
         with self._reading() as reader:
             self.extent = Extent(reader.start_time, reader.end_time - 1, reader.message_count)
             if not reader.message_count:

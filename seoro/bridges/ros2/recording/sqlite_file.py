@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+from seoro.bridges.ros2.recording.mcap_file import CHUNK
 from seoro.bridges.ros2.recording.metadata import (
     VERSION,
     BagMessage,
@@ -56,6 +57,7 @@ class SqliteFile:
         self._ids: dict[str, int] = {}
         self._counts: Counter[str] = Counter()
         self._extent = Extent()
+        self._uncommitted = 0  # [bytes]
 
     def information(self, notes: Mapping[str, str]) -> dict[str, Any]:
         """Return the entry of `metadata.yaml` for the file so far; see `McapFile`."""
@@ -78,6 +80,9 @@ class SqliteFile:
         self._extent = self._extent | Extent(received, received, 1)
         self._counts[message.topic] += 1
         self._insert("messages", self._ids[message.topic], received, message.payload)
+        self._uncommitted += len(message.payload)
+        if self._uncommitted >= CHUNK:  # a failed write costs no more than this
+            self.flush()
 
     def _insert(self, table: str, *values: object) -> int:
         """Insert a row, and return its ID."""
@@ -89,6 +94,7 @@ class SqliteFile:
     def flush(self) -> None:
         """Commit all added messages."""
         self._database.commit()
+        self._uncommitted = 0
 
     def finish(self, notes: Mapping[str, str]) -> None:
         """Complete the file with a record of the content of `metadata.yaml`."""

@@ -1,4 +1,4 @@
-"""A process that writes a bag endlessly: `python -m tests.bridges.ros2.recording.talker FOLDER LIMIT`.
+"""A process that writes a bag endlessly: `python -m tests.bridges.ros2.recording.talker FOLDER LIMIT STORAGE`.
 
 A limit [bytes] of the file size simulates a full disk.
 """
@@ -17,13 +17,13 @@ SIZE = 20_000  # [bytes] of a message
 BURST = 25  # messages
 
 
-async def main(folder: Path, limit: int) -> None:
+async def main(folder: Path, limit: int, storage: str) -> None:
     """Write numbered messages, and print their number."""
     if limit:
         sys.dont_write_bytecode = True  # compiled modules would be cut off, too
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
     filling = "x" * SIZE
-    async with write_bag(folder) as writer:
+    async with write_bag(folder, storage=storage) as writer:
         add(writer, CHATTER)
         for number in itertools.count():
             writer.write(CHATTER.name, text(f"{number} {filling}"), time.time_ns())
@@ -34,4 +34,4 @@ async def main(folder: Path, limit: int) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(main(Path(sys.argv[1]), int(sys.argv[2])))
+    asyncio.run(main(Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3]))

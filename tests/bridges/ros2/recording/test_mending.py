@@ -1,3 +1,6 @@
+import shutil
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -111,8 +114,30 @@ async def test_a_bag_file_without_a_folder_is_repaired(tmp_path: Path) -> None:
     assert not (tmp_path / "metadata.yaml").exists()
 
 
+async def test_an_unfinished_write_of_sqlite_is_undone(tmp_path: Path) -> None:
+    bag, killed = tmp_path / "bag", tmp_path / "killed"
+    messages = [(CHATTER.name, text(f"{number} " + "x" * 10_000), number) for number in range(50)]
+    await write(bag, messages, CHATTER, storage="sqlite3")
+    with closing(sqlite3.connect(bag / "bag_0.db3")) as database:
+        database.execute("PRAGMA cache_size = 1")  # so that uncommitted pages are in the file
+        database.execute("INSERT INTO messages SELECT id + 50, topic_id, timestamp + 50, data FROM messages")
+        shutil.copytree(bag, killed)
+        with pytest.raises(UnreadableBag, match="still being written"):
+            repair_bag(bag)
+    for path in (killed, killed / "bag_0.db3"):
+        with pytest.raises(UnreadableBag, match="unfinished write") as found:
+            open_bag(path)
+        assert f"seoro bag {killed} --repair" in found.value.help
+    assert repair_bag(killed).extent.count == 50
+    with Reader(killed) as reader:
+        assert [time - START for _, time, _ in reader.messages()] == list(range(50))
+
+
 def test_files_that_are_not_bags_are_not_repaired(tmp_path: Path) -> None:
-    with pytest.raises(UnreadableBag, match="not a bag of MCAP files"):
+    with pytest.raises(UnreadableBag, match="not a bag of MCAP or SQLite files"):
+        repair_bag(tmp_path)
+    (tmp_path / "a.db3").write_text("my notes" * 100)
+    with pytest.raises(UnreadableBag, match="not an SQLite file"):
         repair_bag(tmp_path)
     (tmp_path / "a.mcap").write_text("my notes")
     with pytest.raises(UnreadableBag, match="not an MCAP file"):

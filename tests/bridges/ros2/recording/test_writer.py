@@ -40,9 +40,9 @@ def decoded(file: Path) -> list[DecodedMessageTuple]:
         return list(make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
 
 
-def talker(bag: Path, limit: int = 0) -> subprocess.Popen[str]:
+def talker(bag: Path, limit: int = 0, storage: str = "mcap") -> subprocess.Popen[str]:
     """Start a process that writes a bag endlessly."""
-    command = [sys.executable, "-m", "tests.bridges.ros2.recording.talker", str(bag), str(limit)]
+    command = [sys.executable, "-m", "tests.bridges.ros2.recording.talker", str(bag), str(limit), storage]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -197,12 +197,35 @@ def test_a_killed_process_leaves_a_bag_with_all_complete_chunks(tmp_path: Path) 
     assert len(decoded(file)) == len(numbers)
 
 
-def test_a_full_disk_is_an_error_and_leaves_a_readable_bag(tmp_path: Path) -> None:
+def test_a_killed_process_leaves_a_bag_of_sqlite_with_all_flushed_messages(tmp_path: Path) -> None:
+    bag, file = tmp_path / "bag", tmp_path / "bag" / "bag_0.db3"
+    process = talker(bag, storage="sqlite3")
+    assert process.stdout is not None
+    while process.stdout.readline() and file.stat().st_size < 5 * CHUNK:
+        pass
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    found = repair_bag(bag)
+    numbers = [int(TYPES.decode(STRING, message.payload).data.split()[0]) for message in found.messages()]
+    assert numbers == list(range(len(numbers)))
+    assert len(numbers) * SIZE > file.stat().st_size - 2 * CHUNK
+    with Reader(bag) as reader:
+        assert reader.message_count == sum(1 for _ in reader.messages()) == len(numbers)
+
+
+@pytest.mark.parametrize(
+    ("storage", "reason"),
+    [
+        ("mcap", "bag_0.mcap any more: File too large"),
+        ("sqlite3", "bag_0.db3 any more: OperationalError: disk I/O error"),
+    ],
+)
+def test_a_full_disk_is_an_error_and_leaves_a_readable_bag(storage: str, reason: str, tmp_path: Path) -> None:
     bag = tmp_path / "bag"
-    process = talker(bag, limit=3 * CHUNK)
+    process = talker(bag, 3 * CHUNK, storage)
     _, errors = process.communicate(timeout=60)
     last = errors.splitlines()[-1]
-    assert last.endswith("bag_0.mcap any more: File too large")
+    assert last.endswith(reason)
     found = open_bag(bag)
     assert found.extent.count * SIZE > 1.5 * CHUNK
     assert sum(1 for _ in found.messages()) == found.extent.count
