@@ -41,6 +41,21 @@ EXTRAS: Final[Sequence[Extra]] = (
     Extra("solver", ("z3-solver",), "parameters with hard constraints"),
     Extra("lsp", ("pygls",), "the language server"),
 )
+# Those that fewer users need; a missing one is no warning.
+MORE_EXTRAS: Final[Sequence[Extra]] = (
+    Extra("test", ("pytest", "pytest-xdist", "watchfiles"), "tests"),
+    Extra("ui", ("starlette", "uvicorn", "websockets"), "pages"),
+    Extra("recording", ("foxglove-sdk",), "recordings for Foxglove"),
+    Extra("search", ("cmaes", "optuna", "ribs"), "campaigns that learn"),
+    Extra("dask", ("distributed",), "campaigns on clusters"),
+    Extra("pandas", ("pandas",), "runs as data frames"),
+    Extra("parquet", ("pyarrow",), "trajectories as Parquet"),
+    Extra("people", ("pyrvo",), "people that avoid others by ORCA"),
+    Extra("coacd", ("coacd",), "concave meshes of props"),
+    Extra("robots", ("example-robot-data", "jvrc-description"), "models of robots"),
+    Extra("xacro", ("xacro",), "models with macros"),
+    Extra("mcp", ("mcp",), "tools for agents"),
+)
 
 
 def check_installation() -> Iterator[Finding]:
@@ -54,6 +69,7 @@ def check_installation() -> Iterator[Finding]:
             yield ok(name, found)
     for extra in EXTRAS:
         yield _check_extra(extra)
+    yield _more_extras()
     problem = bubblewrap.trouble()
     yield _check_sandbox(problem)
     yield _check_limits(problem)
@@ -74,16 +90,29 @@ def _check_limits(problem: str) -> Finding:
     return ok("limits", f"{by_kernel} and the number of processes and threads of a run, {watched}")
 
 
+def _missing(extra: Extra) -> list[str]:
+    """Return the packages of an extra that are not installed."""
+    return [name for name in extra.packages if _version(name) is None]
+
+
+def _more_extras() -> Finding:
+    """Return which of the extras that fewer users need are installed."""
+    present = [extra.name for extra in MORE_EXTRAS if not _missing(extra)]
+    absent = [f"{extra.name} ({extra.purpose})" for extra in MORE_EXTRAS if _missing(extra)]
+    text = f"installed: {', '.join(present) or 'none'}"
+    if absent:
+        text += f"; not installed: {', '.join(absent)}; install one with {_pip('seoro[NAME]')}"
+    return ok("more extras", text)
+
+
 def _check_extra(extra: Extra) -> Finding:
-    versions = {name: _version(name) for name in extra.packages}
-    missing = [name for name, found in versions.items() if found is None]
-    if missing:
+    if missing := _missing(extra):
         return warning(
             extra.name,
             f"not installed: {', '.join(missing)} (needed for {extra.purpose})",
             _pip(f"seoro[{extra.name}]"),
         )
-    return ok(extra.name, ", ".join(f"{name} {found}" for name, found in versions.items()))
+    return ok(extra.name, ", ".join(f"{name} {_version(name)}" for name in extra.packages))
 
 
 def _version(name: str) -> str | None:

@@ -1,6 +1,8 @@
 """Findings about the installation, with suggestions."""
 
+import tomllib
 from importlib import metadata
+from pathlib import Path
 
 import pytest
 
@@ -8,6 +10,8 @@ from seoro import __version__
 from seoro.doctor import installation as installed
 from seoro.doctor.findings import Health
 from seoro.executor.sandbox import bubblewrap
+
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
 
 
 def test_installed_packages_are_reported_with_their_version() -> None:
@@ -19,14 +23,22 @@ def test_installed_packages_are_reported_with_their_version() -> None:
 
 def test_missing_packages_are_reported_with_their_installation(monkeypatch: pytest.MonkeyPatch) -> None:
     def version(name: str) -> str:
-        if name in ("mujoco", "msgpack"):
+        if name in ("mujoco", "msgpack", "mcp"):
             raise metadata.PackageNotFoundError(name)
         return "1.0"
 
     monkeypatch.setattr(installed, "version", version)
     found = {finding.what: finding for finding in installed.check_installation()}
+    assert "mcp (tools for agents)" in found["more extras"].text.partition("not installed")[2]
+    assert found["more extras"].health is Health.OK
     assert (found["mujoco"].health, found["msgpack"].health) == (Health.WARNING, Health.FAILED)
     assert "pip install 'seoro[mujoco]'" in found["mujoco"].help
+
+
+def test_all_extras_for_users_are_checked() -> None:
+    parts = {"node", "docs", "dev"}  # of other extras, and for the development of seoro
+    declared = set(tomllib.loads(PROJECT.read_text())["project"]["optional-dependencies"])
+    assert {extra.name for extra in (*installed.EXTRAS, *installed.MORE_EXTRAS)} == declared - parts
 
 
 @pytest.mark.parametrize(
