@@ -151,6 +151,8 @@ async def _run(options: argparse.Namespace) -> int:
         return Exit.PASSED
     with write_errors(options.output_dir):
         folder = new_campaign(scenario, settings, space, asked, options.output_dir, overwrite=options.overwrite)
+    if settings.simulator is not None and options.rate is None:
+        _print_note("simulators keep to real time: `--rate max` runs them as fast as possible")
     return await _carry_out(Campaign(folder, space, is_new=True), places, options)
 
 

@@ -41,7 +41,7 @@ EXTRAS: Final[Sequence[Extra]] = (
     Extra("solver", ("z3-solver",), "parameters with hard constraints"),
     Extra("lsp", ("pygls",), "the language server"),
 )
-# Those that fewer users need; a missing one is no warning.
+# Fewer users need these; missing ones are only listed.
 MORE_EXTRAS: Final[Sequence[Extra]] = (
     Extra("test", ("pytest", "pytest-xdist", "watchfiles"), "tests"),
     Extra("ui", ("starlette", "uvicorn", "websockets"), "pages"),

@@ -355,7 +355,9 @@ def test_the_memory_of_the_machine_is_not_needed_for_a_large_plan(write: Write) 
     assert not [path for path in Path("out/kept").iterdir() if path.name.startswith(".")]
 
 
-def test_runs_share_a_simulator_and_repeat_to_the_bit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_share_a_simulator_and_repeat_to_the_bit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("main.osc").write_text("""import osc.driving
 scenario main:
@@ -372,6 +374,9 @@ scenario main:
     assert [row["trace_sha"] for row in first] == [row["trace_sha"] for row in second]
     assert [float(row["turtlebot4.path_length"]) > 0.01 for row in first] == [True] * 4
     assert all(float(row["sim_cpu"]) > 0.0 for row in first)
+    assert "real time" not in capsys.readouterr().err
+    assert main(["campaign", "run", "main.osc", "--sim", "mujoco", "-o", "real"]) == 0
+    assert "note: simulators keep to real time: `--rate max` runs them" in capsys.readouterr().err
 
 
 @pytest.mark.more
