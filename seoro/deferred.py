@@ -7,12 +7,14 @@ hundreds of classes at its start, and makes instances of a third of them.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
 _LOCK: Final = RLock()
 _CREATED: Final = ("__dataclass_fields__", "__dataclass_params__")  # class attributes that functions ask for
+_NOT_COPIED: Final = frozenset({*_CREATED, "__dict__", "__weakref__", "__init__", "__signature__"})
+_NOT_TAKEN: Final = frozenset({"__dict__", "__weakref__", "__init__", "__setattr__", "__delattr__"})  # from a copy
 
 if TYPE_CHECKING:
     from dataclasses import dataclass as dataclass  # noqa: PLC0414 - re-exported
@@ -55,7 +57,7 @@ class _Completion:
     """Makes a class a dataclass when it is first called, from any thread."""
 
     def __init__(self, cls: Any, defaults: Mapping[str, Any], *, frozen: bool, eq: bool, kw_only: bool) -> None:
-        self._cls, self._frozen, self._eq, self._kw_only = cls, frozen, eq, kw_only
+        self._cls, self._options = cls, {"frozen": frozen, "eq": eq, "kw_only": kw_only}
         self._defaults = defaults  # fields with a default, which are class attributes afterwards
         self._has_begun = False  # `dataclass` asks for the signature of the class meanwhile
 
@@ -71,13 +73,39 @@ class _Completion:
                 raise
 
     def _complete(self) -> None:
-        cls, frozen = self._cls, self._frozen
-        for name, value in self._defaults.items():
-            setattr(cls, name, value)
-        dataclasses.dataclass(init=False, frozen=frozen, eq=self._eq, kw_only=self._kw_only)(cls)
-        # `dataclass` replaces no methods, and other threads must not find the class without `__init__`.
-        heir = type(cls)(cls.__name__, (cls,), {"__module__": cls.__module__})
-        cls.__init__ = dataclasses.dataclass(frozen=frozen, repr=False, eq=False)(heir).__init__
+        """Give the class what `dataclasses.dataclass` gives a copy of it, `__init__` last.
+
+        `dataclass` replaces no `__init__`, and other threads must not find the class without one.
+        """
+        cls: Any = self._cls
+        present = vars(cls)
+        own = {**{name: present[name] for name in present.keys() - _NOT_COPIED}, **self._defaults}
+        copied = type(cls)(cls.__name__, cls.__bases__, dict(own))
+        made = vars(dataclasses.dataclass(**self._options)(copied))
+        if self._options["frozen"]:
+            cls.__setattr__, cls.__delattr__ = _refusals(cls, made["__dataclass_fields__"].keys())
+        for name in made.keys() - _NOT_TAKEN:
+            if present.get(name) is not made[name]:
+                setattr(cls, name, made[name])
+        for name in own.keys() - made.keys():  # fields with a factory
+            delattr(cls, name)
+        cls.__init__ = made["__init__"]
+
+
+def _refusals(cls: Any, fields: Collection[str]) -> tuple[Callable[..., None], Callable[..., None]]:
+    """Return `__setattr__` and `__delattr__` of a frozen class; those of a copy would refer to that copy."""
+
+    def refuse_to_set(self: object, name: str, value: object) -> None:
+        if type(self) is cls or name in fields:
+            raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r}")
+        super(cls, self).__setattr__(name, value)
+
+    def refuse_to_delete(self: object, name: str) -> None:
+        if type(self) is cls or name in fields:
+            raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r}")
+        super(cls, self).__delattr__(name)
+
+    return refuse_to_set, refuse_to_delete
 
 
 class _BeforeSignature:

@@ -28,6 +28,11 @@ def free_endpoint() -> str:
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
+def as_if_elsewhere(endpoint: str) -> str:
+    """Return an endpoint that leads to the same router as if it were on another machine, without direct links."""
+    return endpoint.replace("127.0.0.1", "0.0.0.0")
+
+
 @contextmanager
 def routing() -> Iterator[str]:
     """Start a router like rmw_zenohd, and yield its endpoint."""

@@ -12,8 +12,8 @@ from dataclasses import field
 from enum import Enum
 from typing import Final, ParamSpec
 
+from seoro.deferred import dataclass
 from seoro.lang.frozen import Value, replaced
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.source import Span
 
 MAX_ERRORS: Final = 300  # of a phase
@@ -91,7 +91,7 @@ def _shortened(text: str) -> str:
     return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT // 2]}...{text[-MAX_TEXT // 2 :]}"
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Bag:
     """Collects the diagnostics of a phase; equal messages at the same place count once.
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final, NamedTuple, TypeAlias
 from urllib.parse import unquote, urlsplit
 
+from seoro.deferred import dataclass
 from seoro.errors import InvalidScenario
 from seoro.files.inputs import Kind, read_input, resolved
 from seoro.files.path_mapping import Locate, unchanged_path
@@ -20,7 +21,6 @@ from seoro.lang.builtin_libraries import STANDARD_MODULES
 from seoro.lang.diagnostic import Bag, Diagnostic
 from seoro.lang.diagnostics import imports, syntax
 from seoro.lang.frozen import Value
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.libraries import Library, find_library
 from seoro.lang.library_trees import library_tree
 from seoro.lang.parser import parse_file
@@ -96,7 +96,7 @@ class Sources(Value):
     unread: frozenset[str] | None
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class _Loading:
     """State of one walk over the imports."""
 

@@ -6,9 +6,9 @@ from dataclasses import field
 from functools import cached_property
 from typing import Protocol, TypeAlias
 
+from seoro.deferred import dataclass
 from seoro.lang import ast, plan, symbols
 from seoro.lang.frozen import Value
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.members import MemberTable
 from seoro.lang.namespaces import Export, Home
 from seoro.lang.source import Span
@@ -41,7 +41,7 @@ def actors_with(table: TypeTable, name: str) -> list[str]:
     return [actor.name for _, actor, found in table if actor is not None and found == name]
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Program:
     """All declarations; tables are by namespace and name. `check/lookup.py` resolves names.
 

@@ -13,9 +13,9 @@ from enum import Enum
 from functools import cached_property
 from typing import TypeAlias
 
+from seoro.deferred import dataclass
 from seoro.lang import ast, plan
 from seoro.lang.frozen import Value
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.members import MemberTable
 from seoro.lang.namespaces import GLOBAL_NAMESPACE, Home
 from seoro.lang.source import Span
@@ -25,7 +25,7 @@ PHASES: Mapping[str, plan.Phase] = {phase.value: phase for phase in plan.Phase} 
 MethodImplementation: TypeAlias = ast.ExpressionMethod | ast.UndefinedMethod | ast.ExternalMethod
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class QuantitySymbol:
     """A physical type."""
 
@@ -36,7 +36,7 @@ class QuantitySymbol:
     span: Span
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class UnitSymbol:
     """A unit: `base value = value * factor + offset`."""
 
@@ -47,7 +47,7 @@ class UnitSymbol:
     span: Span
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class EnumSymbol:
     """An enumeration with the numbers of its members, in the order of declaration.
 
@@ -130,7 +130,7 @@ Type: TypeAlias = (
 )
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class FieldSymbol:
     """A field of a structured type, a parameter of an event or a method, or a global parameter.
 
@@ -149,7 +149,7 @@ class FieldSymbol:
     is_variable: bool = False
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class EventSymbol:
     """An event of a structured type; `specification` follows `is`."""
 
@@ -163,7 +163,7 @@ class EventSymbol:
     parameters: MemberTable[FieldSymbol] = field(default_factory=MemberTable)
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class MethodSymbol:
     """An implementation of a method; overriding methods share their `name`.
 
@@ -182,7 +182,7 @@ class MethodSymbol:
     span: Span
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class CompositionSymbol:
     """A composition operator or any behavior, with its possible parameters (7.3.13)."""
 
@@ -214,7 +214,7 @@ class Condition(Value):
     value: ast.EnumValueReference | ast.BoolLiteral
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Inventory:
     """The members of a type, inherited ones first."""
 
@@ -227,7 +227,7 @@ class Inventory:
         return Inventory(MemberTable(self.fields), MemberTable(self.events), MemberTable(self.methods))
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class TypeSymbol:
     """A struct, actor, scenario, action or modifier.
 

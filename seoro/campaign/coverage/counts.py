@@ -11,7 +11,7 @@ from seoro.campaign.coverage.items import MOST_BUCKETS
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.batches import Batch
 from seoro.campaign.store.covered import CoveredItem, Unreachable
-from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.deferred import dataclass
 
 MOST_ITEMS: Final = 1000
 
@@ -35,7 +35,7 @@ class EqualRuns(NamedTuple):
         return self.passed + self.failed
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class BucketCounts:
     """Counts of a bucket.
 
@@ -69,7 +69,7 @@ class BucketCounts:
         return self.passed + self.failed
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class ItemCounts:
     """Counts of an item.
 

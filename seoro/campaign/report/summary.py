@@ -16,7 +16,7 @@ from seoro.campaign.report.reservoir import Reservoir
 from seoro.campaign.results.tally import Tally
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.batches import Batch
-from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.deferred import dataclass
 
 MOST_ROWS: Final = 500  # in the table of runs
 MOST_GROUPS: Final = 200  # of failures; more are counted as one
@@ -26,7 +26,7 @@ MORE: Final = ("other reasons", "")
 Rank: TypeAlias = tuple[bool, float, int]
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class FailureGroup:
     """Failures with the same reason at the same place.
 
@@ -57,7 +57,7 @@ class FailureGroup:
             values.add(values_of(rows, path))
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Summary(Tally):
     """Content of a report, with the counts of runs.
 

@@ -7,10 +7,10 @@ from dataclasses import field
 
 from seoro.campaign.runs import End, Row
 from seoro.campaign.store.batches import Batch
-from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.deferred import dataclass
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Tally:
     """Counts the runs of a campaign by how they ended.
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final, TypeAlias
 from urllib.parse import unquote
 
+from seoro.deferred import dataclass
 from seoro.lang import ast, plan
 from seoro.lang.check.constraints import fields_on, leads_to_variable
 from seoro.lang.check.expression_checker import ExpressionChecker
@@ -15,7 +16,6 @@ from seoro.lang.check.plan_types import plan_type
 from seoro.lang.check.scopes import Scope
 from seoro.lang.diagnostics import behaviors
 from seoro.lang.diagnostics import types as type_messages
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.members import MemberTable
 from seoro.lang.source import Span
 from seoro.lang.symbols import CompositionObject, EventObject, FieldSymbol, Kind, RangeOf, Structured
@@ -30,7 +30,7 @@ _FILE_SCHEME: Final = "file://"
 _SUFFIXES: Final = frozenset({".sdf", ".urdf", ".world", ".xml", ".yaml", ".yml"})  # of models and worlds
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Binding:
     """Binds the arguments of one call to parameters.
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import field
 from typing import assert_never
 
+from seoro.deferred import dataclass
 from seoro.lang import ast
 from seoro.lang.check.lookup import Lookup
 from seoro.lang.diagnostic import Bag
 from seoro.lang.diagnostics import modifiers, names, types
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.loader import Module, Sources
 from seoro.lang.namespaces import GLOBAL_NAMESPACE, Export, Home, Space
 from seoro.lang.program import Declaration, Program
@@ -24,7 +24,7 @@ _BehaviorDeclaration = ast.ScenarioDeclaration | ast.ActionDeclaration | ast.Mod
 _Extension = ast.EnumTypeExtension | ast.StructuredTypeExtension | ast.PrimitiveTypeExtension
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Declared:
     """Declarations for the next passes, which refer to types by name."""
 

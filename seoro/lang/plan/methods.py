@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from typing import Any, TypeAlias
 
+from seoro.deferred import dataclass
 from seoro.lang.frozen import Value
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.types import ValueType
 from seoro.lang.source import Span
@@ -64,7 +64,7 @@ ExternalFunction: TypeAlias = Callable[[Any, Sequence[Any], Mapping[str, Any]], 
 """Function of an external method: takes the run, positional and named arguments, and returns the result."""
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Methods:
     """Implementations of all methods, by type and name of the method.
 

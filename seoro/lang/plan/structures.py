@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import TypeAlias
 
+from seoro.deferred import dataclass
 from seoro.lang.frozen import Frozen, Value
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan.expressions import Expression
 from seoro.lang.plan.types import ActorType, EnumValue, StructType, ValueType
 from seoro.lang.source import Span
@@ -108,7 +108,7 @@ class Structure(Frozen):
         return len(self.members) == len(self.fields) and not self.latents and not self.is_modified
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Structures:
     """The structures of all structs and actors, by the name of the type."""
 

@@ -12,7 +12,7 @@ from dataclasses import field
 from itertools import pairwise
 from typing import assert_never
 
-from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.deferred import dataclass
 from seoro.lang.plan import (
     AnyCoverageItem,
     Buckets,
@@ -138,7 +138,7 @@ def _number(value: Value) -> float:
     return value
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Tally:
     """Counts samples of an item, over all instances of its type.
 

@@ -17,8 +17,8 @@ from dataclasses import field
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
+from seoro.deferred import dataclass
 from seoro.lang import frozen, plan
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import Plan
 from seoro.lang.source import Span
 from seoro.runtime.coverage.buckets import Tally, bucket_of, buckets_with, number_of
@@ -86,7 +86,7 @@ class _Sample(frozen.Value):
     bucket: str | None
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Coverage:
     """Samples the items of a run.
 

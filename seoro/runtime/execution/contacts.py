@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, TypeVar
 
+from seoro.deferred import dataclass
 from seoro.lang.frozen import Value
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.runtime.contracts.backends import Backend
 from seoro.runtime.contracts.contacts import Contact, ContactSensing
 from seoro.runtime.execution.assignment import Home
@@ -41,7 +41,7 @@ class Allowance(Value):
         return self.home in (None, home) and (self.entities is None or other in self.entities)
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class _Watch:
     """Observer of contacts of robots."""
 

@@ -14,8 +14,8 @@ from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
+from seoro.deferred import dataclass
 from seoro.lang.frozen import Value
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.source import Span
 from seoro.runtime.execution.blocking import ThreadUsage
 from seoro.runtime.kernel.scheduler import Scheduler
@@ -45,7 +45,7 @@ class Use(Value):
         return f"`{self.what}`" + (f" of `{self.actor.name}`" if self.actor is not None else "")
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class _User:
     """Invocation that uses a part, or waits for it."""
 

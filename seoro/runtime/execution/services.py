@@ -10,8 +10,8 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 from weakref import WeakSet
 
+from seoro.deferred import dataclass
 from seoro.lang import frozen
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import Override, Plan, Sample
 from seoro.lang.source import Span
 from seoro.runtime.events.conditions import Conditions
@@ -102,7 +102,7 @@ class Entry(Protocol):
         """Latest instance."""
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Services:
     """Services shared by all behaviors of a run."""
 

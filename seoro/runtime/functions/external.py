@@ -12,9 +12,9 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from seoro.deferred import dataclass
 from seoro.errors import SeoroError
 from seoro.lang import frozen
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import External, Method, PrimitiveType, ValueType
 from seoro.runtime.functions.fitting import Converter, Fitting, annotation_for
 from seoro.runtime.functions.methods import MethodFailed
@@ -125,7 +125,7 @@ def bind_function(function: object, method: Method, external: External, fitting:
     )
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class _Slot:
     """Argument of a function.
 

@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, replace
 from typing import TypeAlias, cast
 
+from seoro.deferred import dataclass
 from seoro.lang import frozen
 from seoro.lang import plan as plan_
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.runtime.instances.instances import Instance
 from seoro.runtime.values.environment import Calls, Deferred, Environment, Seed
 from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
@@ -42,7 +42,7 @@ class Attached(frozen.Value):
     around: Environment
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Applied:
     """An applied modifier.
 

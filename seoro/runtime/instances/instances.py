@@ -9,15 +9,15 @@ from collections.abc import Callable, Iterator, Mapping, MutableSet
 from dataclasses import field
 from functools import cached_property
 
+from seoro.deferred import dataclass
 from seoro.lang import plan as plan_
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.runtime.instances.times import Window
 from seoro.runtime.kernel.cancel_scope import CancelScope
 from seoro.runtime.kernel.channel import Channel
 from seoro.runtime.values.values import Actor, Fields, HasFields, Struct, Value
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Latest:
     """Latest invocation under a label.
 
@@ -36,7 +36,7 @@ class Latest:
             act(instance)
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class _WithPhases:
     """Base of instances with `start` and `end` events.
 
@@ -59,7 +59,7 @@ class _WithPhases:
         return f"{self.path}.{event.name}"
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Composed(_WithPhases):
     """A running composition with a `with:` block; its fields are its parameters."""
 
@@ -70,7 +70,7 @@ class Composed(_WithPhases):
         return phase.value in self.channels
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Instance(_WithPhases):
     """A running scenario or action, or a modifier of one.
 

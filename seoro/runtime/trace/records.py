@@ -16,7 +16,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final, Protocol
 from weakref import WeakKeyDictionary, WeakSet
 
-from seoro.lang.lazy_dataclass import lazy_dataclass
+from seoro.deferred import dataclass
 from seoro.lang.plan import EnumValue
 from seoro.lang.source import Span
 from seoro.runtime.values.values import Actor, HasFields, Range, Struct, Value, Variable, plain
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from seoro.runtime.contracts.observers import Observer
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Exact:
     """Numbers instances, and encodes values."""
 

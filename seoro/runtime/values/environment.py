@@ -7,16 +7,17 @@ run's files.
 
 from __future__ import annotations
 
+import dataclasses
 import random
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TypeAlias
 
+from seoro.deferred import dataclass
 from seoro.files.path_mapping import Locate, unchanged_path
 from seoro.lang import frozen
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import Expression, Plan
 from seoro.lang.source import Span
 from seoro.runtime.values.values import HasFields, Value
@@ -111,7 +112,7 @@ class Calls(frozen.Value):
         return Calls(self.results, (*self.place, span, instance))
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Reads:
     """Fields that an expression has read while it was evaluated.
 
@@ -162,7 +163,7 @@ class Deferred(frozen.Frozen):
 _NO_SEED = Seed(0)
 
 
-@dataclass(eq=False, slots=True)
+@dataclasses.dataclass(eq=False, slots=True)
 class Environment:
     """Environment of an expression; never changed, but not frozen, since each behavior creates several.
 

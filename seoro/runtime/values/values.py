@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
+from seoro.deferred import dataclass
 from seoro.lang import frozen
 from seoro.lang.arithmetic import INT_LIMITS, UINT_LIMITS
-from seoro.lang.lazy_dataclass import lazy_dataclass
 from seoro.lang.plan import ActorType, EnumValue, ModifierApplication, StructType, ValueType
 
 Value: TypeAlias = (
@@ -31,7 +31,7 @@ class AppliedModifier(Protocol):
         """Its application in the plan."""
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Struct:
     """An instance of a struct; equal only to itself (7.4.2.4.2).
 
@@ -53,7 +53,7 @@ class Struct:
         return (*self.latent, self.type.name, *self.type.bases)
 
 
-@lazy_dataclass
+@dataclass(eq=False)
 class Actor:
     """An instance of an actor.
 

@@ -17,7 +17,7 @@ from seoro.embed import prepare
 from seoro.embed.runs import Run
 from seoro.runtime.verdict import RunStatus
 from tests.actions.ros2.conftest import options, ran_of, running, starting_robot
-from tests.routers import free_endpoint
+from tests.routers import as_if_elsewhere, free_endpoint
 from tests.runtime.conftest import load_text
 
 
@@ -73,6 +73,7 @@ async def test_a_lost_router_during_a_call_is_an_error_not_a_failure(
     tmp_path: Path, call: str, called: str
 ) -> None:
     endpoint = free_endpoint()
+    elsewhere = as_if_elsewhere(endpoint)
     text = f"""
 scenario main:
     do parallel:
@@ -81,14 +82,33 @@ scenario main:
             inverter()
 """
     hub = Session(listen=endpoint, gossip=True)
-    with starting_robot(endpoint):
-        async with running(tmp_path, endpoint, text) as run:
+    with starting_robot(elsewhere):
+        async with running(tmp_path, elsewhere, text) as run:
             hub = await restarted(hub, endpoint, run)
             with anyio.fail_after(30.0):
                 verdict = await run.result()
     hub.close()
     assert verdict.status is RunStatus.ERROR, verdict.reason
     assert f"the connection to the ROS 2 system is lost: {called}" in verdict.reason
+
+
+@pytest.mark.slow
+async def test_a_call_to_a_node_of_this_machine_outlasts_the_router(tmp_path: Path) -> None:
+    endpoint = free_endpoint()
+    text = """
+scenario main:
+    do parallel:
+        log("there")
+        action_call("/fibonacci", "example_interfaces/action/Fibonacci", "{order: 46}")
+"""
+    hub = Session(listen=endpoint, gossip=True)
+    with starting_robot(endpoint):
+        async with running(tmp_path, endpoint, text) as run:
+            hub = await restarted(hub, endpoint, run)
+            with anyio.fail_after(30.0):
+                verdict = await run.result()
+    hub.close()
+    assert verdict.status is RunStatus.PASSED, verdict.reason
 
 
 @pytest.mark.parametrize(

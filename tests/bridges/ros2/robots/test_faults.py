@@ -19,7 +19,7 @@ from seoro.robotics.geometry import Pose3D, Position3D
 from seoro.runtime.contracts.backends import GoalStatus
 from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
-from tests.routers import free_endpoint, process, router_process
+from tests.routers import as_if_elsewhere, free_endpoint, process, router_process
 
 pytestmark = [pytest.mark.anyio, pytest.mark.slow]
 
@@ -85,8 +85,8 @@ async def test_a_robot_is_reachable_after_a_restart_of_its_router(tmp_path: Path
     end, again, driven = Ends(), Ends(), Ends()
     with (
         router_process(router) as first,
-        process(str(FAKE_ROBOT), str(tmp_path), router, "tb", ALIKE),
-        process("-c", BRIDGE, router, endpoint, "tb"),
+        process(str(FAKE_ROBOT), str(tmp_path), as_if_elsewhere(router), "tb", ALIKE),
+        process("-c", BRIDGE, as_if_elsewhere(router), endpoint, "tb"),
     ):
         async with connect_robots(endpoint, "a test") as node:
             await node.navigate("tb", [at(50.0)], stop_at_each=False, report=end)

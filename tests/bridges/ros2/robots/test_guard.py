@@ -183,7 +183,7 @@ async def test_goals_of_running_clients_are_not_canceled(tmp_path: Path) -> None
 async def test_goals_without_a_known_sender_are_not_canceled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("seoro.bridges.ros2.clients.goals.new_number", lambda _session: bytes(range(16)))
+    monkeypatch.setattr("seoro.bridges.ros2.clients.goals.new_goal_id", lambda _session: bytes(range(16)))
     monkeypatch.setattr("seoro.bridges.ros2.clients.goals.Goal.cancel", leave)
     with alone(tmp_path) as robot:
         async with connect(robot.router) as system, system.node("else") as node, far_away(node):
