@@ -14,7 +14,7 @@ from seoro.embed.options import Ros
 from tests.bridges.ros2.expose.exposed import exposed
 from tests.executors import NAME, executor
 
-pytestmark = [pytest.mark.engine("mujoco"), pytest.mark.slow]
+pytestmark = [pytest.mark.engine("mujoco"), pytest.mark.more]
 
 FALLING = Path(__file__).with_name("falling.osc")
 WORKSHOP = Path(__file__).parents[4] / "examples/workshop/workshop.yaml"
