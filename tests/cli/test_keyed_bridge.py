@@ -49,7 +49,7 @@ def test_a_bridge_with_keys_moves_its_robot_for_an_operator(
         stack.enter_context(command(tmp_path / "bridge.log", endpoint, *bridge, *keys))
         run = ("exec", str(tmp_path / "main.osc"), "--lab", str(file))
         assert main(run) != 0
-        assert "vera (viewer), and cannot be used as" in capsys.readouterr().err
+        assert "are those of vera (viewer); expected role: " in capsys.readouterr().err
         monkeypatch.setenv(VARIABLE, str(lab.keys("anna")))
         assert main(run) == 0, capsys.readouterr()
         assert main(["lab", "status", "--lab", str(file)]) == 0

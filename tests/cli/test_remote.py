@@ -361,7 +361,7 @@ def test_a_video_is_downloaded_to_the_named_file(capsys: pytest.CaptureFixture[s
     needs_films("mujoco")
     film = "films/run.mp4"
     assert main(["exec", write(BRIEF), "--sim", "mujoco", "-o", "out", *FILMED, film, "--on", NAME]) == 0
-    assert f"  {film}          film of the run\n" in capsys.readouterr().out
+    assert re.search(rf"  {film} +video of the run\n", capsys.readouterr().out)
     assert not Path("out/video.mp4").exists()
     assert main(["get", only_run("passed", capsys), "-o", "got"]) == 0
     assert Path("got/video.mp4").read_bytes() == Path(film).read_bytes()

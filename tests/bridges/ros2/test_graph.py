@@ -18,6 +18,7 @@ from seoro.bridges.ros2.wire import Dialect, RmwZenoh, Ros2Dds
 from seoro.bridges.session import AsyncSession, open_session
 from seoro.errors import BackendError, UsageError
 from tests.bridges.ros2.systems import ADD, STRING, two_nodes
+from tests.routers import as_if_elsewhere, free_endpoint
 
 ALONE = Path(__file__).with_name("alone.py")
 HASH = "RIHS01_12"
@@ -178,12 +179,12 @@ async def alone(router: str) -> AsyncIterator[asyncio.subprocess.Process]:
 
 
 @pytest.mark.slow
-async def test_the_graph_is_restored_after_a_restart_of_the_router(types: TypeStore, tmp_path: Path) -> None:
-    router = f"unixsock-stream/{tmp_path}/router.sock"
+async def test_the_graph_is_restored_after_a_restart_of_the_router(types: TypeStore) -> None:
+    router = free_endpoint()
     async with AsyncExitStack() as stack:
         hub = AsyncExitStack()
         await hub.enter_async_context(open_session(listen=router, gossip=True))
-        there, here = await stack.enter_async_context(two_nodes(router, types))
+        there, here = await stack.enter_async_context(two_nodes(as_if_elsewhere(router), types))
         publication = await stack.enter_async_context(there.publishing("/chatter", STRING))
         subscription = await stack.enter_async_context(here.subscribing("/chatter", STRING))
         graph = here.graph
