@@ -26,7 +26,7 @@ from seoro.bridges.wire import SimulationState, node_command
 from seoro.bridges.wire.keys import NAMESPACE
 from seoro.bridges.wire.refusal import RequestRefused
 from seoro.errors import UsageError
-from seoro.text.printable import log_to_stderr
+from seoro.text.logs import log_to_stderr
 from sim_nodes import snapshots
 from sim_nodes.memory import return_free, zeros_returned
 from sim_nodes.node import NodeSettings, die_with_parent, end_on_signals, serve

@@ -18,7 +18,7 @@ from seoro.cli.packages import ROS2, require
 from seoro.cli.serving import check_name, endpoint_errors, place_of, wait_for_signal
 from seoro.cli.signals import Terminated, cancel_on_signals, status_of
 from seoro.errors import UsageError
-from seoro.text.printable import log_to_stderr
+from seoro.text.logs import log_to_stderr
 
 if TYPE_CHECKING:
     from seoro.bridges.ros2.robots.profile import BridgedRobot

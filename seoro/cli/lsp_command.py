@@ -14,7 +14,7 @@ from seoro.cli.packages import require
 from seoro.cli.stdio import protocol_output
 from seoro.errors import UsageError
 from seoro.lsp.frames import Frames
-from seoro.text.printable import log_to_stderr
+from seoro.text.logs import log_to_stderr
 
 if TYPE_CHECKING:
     from seoro.lsp.server import SeoroServer

@@ -10,7 +10,7 @@ from typing import Final
 from seoro.cli.arguments import add_option
 from seoro.cli.exit_status import Exit
 from seoro.cli.packages import require
-from seoro.text.printable import log_to_stderr
+from seoro.text.logs import log_to_stderr
 
 EXAMPLES: Final = """examples:
   seoro mcp                        (started by a client, see docs/how-to/agents.md)

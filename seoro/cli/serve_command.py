@@ -21,7 +21,7 @@ from seoro.cli.signals import termination_signals
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
 from seoro.files.executor_links import linked
-from seoro.text.printable import log_to_stderr
+from seoro.text.logs import log_to_stderr
 
 if TYPE_CHECKING:
     from seoro.executor.service import ExecutorOptions

@@ -18,7 +18,7 @@ from seoro.cli.lab_command import VARIABLE as LAB
 from seoro.cli.packages import require
 from seoro.cli.serving import wait_for_signal
 from seoro.errors import UsageError
-from seoro.text.printable import log_to_stderr
+from seoro.text.logs import log_to_stderr
 
 if TYPE_CHECKING:
     from seoro.ui.server import SiteOptions

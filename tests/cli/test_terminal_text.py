@@ -15,7 +15,8 @@ from seoro.cli.tables import table
 from seoro.client.runs import RemoteRun
 from seoro.doctor.findings import Finding, Health
 from seoro.lab.outcomes import Outcome
-from seoro.text.printable import PrintableFormatter, one_line, printable
+from seoro.text.logs import PrintableFormatter
+from seoro.text.printable import one_line, printable
 
 
 @pytest.mark.parametrize(

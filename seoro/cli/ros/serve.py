@@ -20,7 +20,7 @@ from seoro.client.served_runs import ServedRuns
 from seoro.concurrency.background import background
 from seoro.embed.option_checks import check_options
 from seoro.errors import BackendError, UsageError
-from seoro.text.printable import log_to_stderr
+from seoro.text.logs import log_to_stderr
 
 ENDING = "the node that started it has ended"
 CLEANUP = 10.0  # [s] maximum wait for the stop of runs at the end

@@ -37,7 +37,7 @@ from seoro.bridges.ros2.robots.velocity import STOPPING, TYPES, Velocity
 from seoro.bridges.wire.refusal import name_list
 from seoro.concurrency.background import background
 from seoro.errors import SeoroError
-from seoro.text.printable import log_to_stderr
+from seoro.text.logs import log_to_stderr
 
 PERIOD: Final = 0.1  # [s] between two heartbeats
 HEARTBEAT: Final = b"."
