@@ -116,7 +116,7 @@ def test_code_blocks_of_a_page_have_the_shown_output(
     play(page, tmp_path, capfd, with_simulators=False)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 @pytest.mark.parametrize("page", SIMULATED, ids=name_of)
 def test_code_blocks_with_a_simulator_have_the_shown_output(

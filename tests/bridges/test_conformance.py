@@ -42,12 +42,12 @@ def make(mujoco: Connect) -> Make:
     return mujoco(OPTIONS)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_mujoco_fulfils_the_contracts(make: Make) -> None:
     await check_backend(make)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_pybullet_fulfils_the_contracts(tmp_path: Path) -> None:
     pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     with running("pybullet", tmp_path) as making:
@@ -264,7 +264,7 @@ def amnesic(node: SimulatorNode) -> None:
 @pytest.mark.parametrize(
     ("spoil", "rule", "words"),
     [
-        pytest.param(deaf, robots.goals_end_once, "reported as nothing", marks=pytest.mark.slow),
+        pytest.param(deaf, robots.goals_end_once, "reported as nothing", marks=pytest.mark.more),
         (deaf, robots.grants_end_at_events, "its fired watch had 0 reports"),
         (stuttering, robots.drives_have_their_speed_and_duration, "succeeded, succeeded"),
         (late, robots.grants_end_at_events, "its fired watch had 0 reports"),
@@ -272,9 +272,9 @@ def amnesic(node: SimulatorNode) -> None:
         (forgetful, robots.time_never_goes_back, "at 1.0 s, a grant to 0.5 s reached 0.5 s"),
         (restless, robots.time_stands_still_without_grants, "without a grant"),
         (prescient, robots.requests_apply_at_the_time_of_the_run, "after small grants"),
-        pytest.param(noisy, robots.equal_runs_are_reproducible, "in a second run", marks=pytest.mark.slow),
+        pytest.param(noisy, robots.equal_runs_are_reproducible, "in a second run", marks=pytest.mark.more),
         pytest.param(
-            stubborn, robots.cancelled_goals_end_and_robots_stop, "cancelled 1 s ago moved", marks=pytest.mark.slow
+            stubborn, robots.cancelled_goals_end_and_robots_stop, "cancelled 1 s ago moved", marks=pytest.mark.more
         ),
         (touchy, robots.watches_fire_once, "a request is refused: unknown watch"),
         (persistent, robots.cancelled_watches_are_silent, "reported as succeeded"),
@@ -283,7 +283,7 @@ def amnesic(node: SimulatorNode) -> None:
         (hoarding, worlds.spawned_entities_are_listed_until_deleted, "still listed"),
         (accommodating, worlds.names_are_unique, "a second entity with the same name is not refused"),
         pytest.param(
-            sticky, worlds.resets_restore_the_world, "after a reset the robot is at", marks=pytest.mark.slow
+            sticky, worlds.resets_restore_the_world, "after a reset the robot is at", marks=pytest.mark.more
         ),
         (unattended, robots.robots_stand_still_after_a_run, "a robot whose run ended 1 s ago moved"),
         (discreet, worlds.contacts_are_reported, "no contact was reported"),

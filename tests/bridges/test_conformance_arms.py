@@ -41,7 +41,7 @@ async def test_an_arm_in_mujoco_fulfils_the_contract(make: Make) -> None:
     await check_arm(make, UR10E)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_an_arm_in_pybullet_fulfils_the_contract(tmp_path: Path) -> None:
     pytest.importorskip("pybullet", reason="the engine pybullet is not installed")
     with running("pybullet", tmp_path, CELL) as making:

@@ -113,7 +113,7 @@ def test_requirements_are_in_all_results(write: Write, capsys: pytest.CaptureFix
     assert json.loads(capsys.readouterr().out)["requirements"] == ["REQ-12", "REQ-<13>"]
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_the_same_runs_result_from_other_workers(write: Write) -> None:
     tables = []
     for jobs in ("1", "2"):
@@ -254,7 +254,7 @@ async def die(ctx: ActionContext, number: int) -> None:
     Path("main.osc").write_text(DEADLY)
 
 
-@pytest.mark.parametrize("isolation", ["worker", "run", pytest.param("process", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("isolation", ["worker", "run", pytest.param("process", marks=pytest.mark.more)])
 def test_a_run_that_ends_its_process_costs_itself_only(deadly: None, isolation: str) -> None:
     assert main(["campaign", "run", "main.osc", "--isolation", isolation, *VIRTUAL]) == 3
     assert [(row["number"], row["status"]) for row in table()] == [

@@ -146,7 +146,7 @@ def test_notebooks_show_the_outcome(tmp_path: Path) -> None:
     assert "undecided" in found._repr_html_() and repr(found).startswith("<Comparison: undecided")
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_300_pairs_find_a_regression_of_3_percent_and_raise_few_alarms(tmp_path: Path) -> None:
     random, worse, alarms = Random(7), 0, 0
     for number in range(24):

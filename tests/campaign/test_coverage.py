@@ -326,7 +326,7 @@ def test_a_campaign_ends_with_enough_coverage(capsys: pytest.CaptureFixture[str]
     assert all(bucket["samples"] == 2 for bucket in both["buckets"].values()), "each folder counts"
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.usefixtures("scenario")
 def test_directed_runs_are_the_same_with_other_workers_and_after_an_interruption() -> None:
     run("one", "-j", "1")

@@ -133,7 +133,7 @@ def cluster_of_processes(number: int, folder: Path) -> Iterator[tuple[str, list[
         yield json.loads(file.read_text())["address"], started[1:]
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_no_row_is_lost_when_workers_die(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("main.osc").write_text(TEXT)

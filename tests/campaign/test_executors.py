@@ -67,7 +67,7 @@ def test_rows_are_those_of_this_machine(command: Command, lab: RunningExecutor) 
     assert anyio.run(runs_at, lab.endpoint) == [], "nothing is left at the executor"
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_executors_and_this_machine_share_the_runs(command: Command) -> None:
     assert main(command("--runs", "60", "--on", "local", "-j", "1", "--keep", "none")) == 1
     assert [int(row["run"]) for row in table()] == list(range(1, 61))
@@ -102,7 +102,7 @@ async def die(ctx: ActionContext, number: int) -> None:
     assert len(set(reasons)) == pythons
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_ctrl_c_stops_runs_at_the_executor(command: Command, lab: RunningExecutor) -> None:
     process = start(*command("--runs", "100000", "--keep", "none")[1:])
     try:
@@ -165,7 +165,7 @@ def test_a_refused_submission_ends_the_campaign_at_its_beginning(
     assert not Path("out").exists(), "nothing has begun"
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_two_executors_share_the_runs_and_one_may_die(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("main.osc").write_text(TEXT)
@@ -189,7 +189,7 @@ def test_two_executors_share_the_runs_and_one_may_die(tmp_path: Path, monkeypatc
     assert {row["worker"][:6] for row in rows} == {"lab-a-", "lab-b-"}
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_no_row_is_lost_when_the_executor_dies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("main.osc").write_text(TEXT)
@@ -211,7 +211,7 @@ def test_no_row_is_lost_when_the_executor_dies(tmp_path: Path, monkeypatch: pyte
     assert {row["status"] for row in rows} == {"passed", "failed"}, "no run is an error"
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_campaigns_give_way_to_waiting_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("main.osc").write_text(TEXT)
@@ -233,7 +233,7 @@ def test_campaigns_give_way_to_waiting_runs(tmp_path: Path, monkeypatch: pytest.
     assert len({row["worker"] for row in table()}) > 1
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_runs_of_a_killed_simulator_are_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("main.osc").write_text("""import osc.driving

@@ -159,7 +159,7 @@ def test_the_seeds_of_the_file_are_those_of_each_variant(write: Write, capsys: p
     assert "draws a seed for each run, beginning with 4" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_kept_runs_have_the_files_of_single_runs(write: Write) -> None:
     write(DRIVING)
     common = ["--sim", "mujoco", "--rate", "max", "--seed", "3", "--parquet"]

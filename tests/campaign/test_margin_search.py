@@ -39,7 +39,7 @@ scenario main:
 RUNS = 40
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_search_by_margin_drives_into_a_post_that_random_draws_miss(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

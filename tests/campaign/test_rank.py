@@ -145,7 +145,7 @@ scenario drive:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_the_suite_of_a_campaign_in_a_lab_runs_in_the_lab(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

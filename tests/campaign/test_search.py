@@ -166,7 +166,7 @@ def test_a_sobol_sequence_without_scipy_names_the_extra(monkeypatch: pytest.Monk
     assert "seoro[node]" in str(caught.value.help)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_search_has_the_same_runs_with_other_workers_and_after_an_interruption(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -243,7 +243,7 @@ def test_invalid_requests_are_refused(home: Path, capsys: pytest.CaptureFixture[
         assert message in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_failure_in_a_simulator_repeats_and_shrinks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

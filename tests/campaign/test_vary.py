@@ -138,7 +138,7 @@ scenario main:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_worlds_faults_and_actions_vary_in_a_simulator(capsys: pytest.CaptureFixture[str]) -> None:
     Path("main.osc").write_text(ROBOT)
     Path("hall.yaml").write_text(WORLD)

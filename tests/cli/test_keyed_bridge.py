@@ -26,7 +26,7 @@ scenario main:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_bridge_with_keys_moves_its_robot_for_an_operator(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

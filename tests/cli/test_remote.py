@@ -236,7 +236,7 @@ def without_times(text: str) -> str:
     return re.sub(r'[\d.]+ s (real|   )|"wall_duration": [\d.e-]+|[\d.]+ s of its clock', "?", text)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 def test_a_world_file_goes_with_all_that_it_names(capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copytree(WORKSHOP, "workshop")
@@ -329,7 +329,7 @@ def needs_films(engine: str) -> None:
     pytest.importorskip("av", reason="PyAV is not installed")
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize(
     ("engine", "options", "film"),
     [
@@ -355,7 +355,7 @@ def test_a_run_leaves_its_film_as_one_here(
     assert found[1] == found[0]
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 def test_a_video_is_downloaded_to_the_named_file(capsys: pytest.CaptureFixture[str]) -> None:
     needs_films("mujoco")

@@ -31,7 +31,7 @@ scenario main:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 async def test_files_with_absolute_paths_are_found_by_their_paths(tmp_path: Path) -> None:
     folder = tmp_path / "here"

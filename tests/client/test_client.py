@@ -311,7 +311,7 @@ async def test_an_unreachable_executor_is_reported(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- the executor dies
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_restarted_executor_continues_its_queue(tmp_path: Path) -> None:
     async with anyio.create_task_group() as tasks:
         with executor(tmp_path) as lab:
@@ -360,7 +360,7 @@ async def test_an_unwritable_trace_ends_its_run_as_an_error_and_spares_the_next_
                 assert (await other.result()).passed
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_stopped_executor_stops_its_runs_and_keeps_its_queue(tmp_path: Path) -> None:
     async with AsyncExitStack() as stack:
         with executor(tmp_path) as lab:

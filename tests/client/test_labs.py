@@ -97,7 +97,7 @@ def nodes(router: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rai
         yield stack.enter_context(rails_at(tmp_path_factory.mktemp("rails"), "--connect", router, "line"))
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 async def test_a_scenario_uses_robots_of_different_machines(
     router: str, two: tuple[RunningExecutor, RunningExecutor], nodes: Rails, tmp_path: Path

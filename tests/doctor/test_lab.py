@@ -100,7 +100,7 @@ def has(lines: list[str], *parts: str) -> bool:
     return any(all(part in line for part in parts) for line in lines)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_an_operator_sees_the_lab_from_here_and_from_the_executor(keyed: Keyed) -> None:
     lines = await look(keyed, "anna")
     assert has(lines, f"ok {NAME}: we (anna (operator)) can submit runs")
@@ -128,7 +128,7 @@ async def test_a_viewer_sees_the_lab_and_missing_permissions(keyed: Keyed) -> No
     )
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_hanging_node_is_reported_with_all_other_findings(keyed: Keyed) -> None:
     lines: list[str] = []
     with anyio.fail_after(DEADLINE):

@@ -121,7 +121,7 @@ async def test_a_remote_endpoint_without_keys_is_reported(monkeypatch: pytest.Mo
     assert "tls/192.0.2.1:7470" in last.help
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_suspended_executor_is_reported(tmp_path: Path) -> None:
     with executor(tmp_path) as running:
         os.kill(running.process.pid, signal.SIGSTOP)

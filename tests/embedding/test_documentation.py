@@ -107,7 +107,7 @@ def test_a_scenario_with_errors_ends_a_script_with_all_of_them(folder: Path) -> 
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_the_examples_have_types(folder: Path) -> None:
     files = ["script.py", "program.py", "many.py", "ask.py", "web.py", str(SERVICE)]
     done = subprocess.run(

@@ -21,7 +21,7 @@ async def watch(scenario: seoro.Scenario) -> seoro.Verdict:
         return await run.result()
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_run_does_not_change_global_state(scenario: seoro.Scenario) -> None:
     async with as_it_was():
         before = state_of_the_program()

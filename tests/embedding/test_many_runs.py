@@ -52,7 +52,7 @@ def test_fifty_simultaneous_runs_have_the_same_traces_as_sequential_ones(
     assert {records[-1]["status"] for records in at_once} == {"passed"}
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_uvloop_gives_the_same_traces(scenario: seoro.Scenario, alone: list[Records]) -> None:
     with asyncio.Runner(loop_factory=uvloop.new_event_loop) as runner:
         assert runner.run(all_at_once(scenario)) == alone

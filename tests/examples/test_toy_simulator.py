@@ -83,13 +83,13 @@ def test_missing_parts_of_the_toy_engine_are_refused(engine: Any, tmp_path: Path
         handle(simulator, wire.GET_CAMERA_IMAGE.name, request)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_the_toy_node_fulfils_the_contracts(installed: Path) -> None:
     with running("toy", installed) as make:
         asyncio.run(check_backend(make))
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.usefixtures("installed")
 def test_a_scenario_runs_in_the_toy_simulator() -> None:
     assert main(["exec", OBSTACLE, "--sim", "toy", "--rate", "max", "--seed", "3"]) == 0

@@ -129,7 +129,7 @@ async def test_a_run_that_cannot_be_removed_delays_no_other(
             await runs[0].remove()
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 async def test_an_unwritable_video_makes_the_run_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     needs_pictures("mujoco")

@@ -92,7 +92,7 @@ async def test_a_client_that_fills_the_disk_with_bundles_is_refused(
         await follow(await client.submit(NAME, hello))
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_runs_leave_the_reserve_of_the_executor_free(keeping: RunningExecutor, tmp_path: Path) -> None:
     much, long, hello = tmp_path / "much.osc", tmp_path / "long.osc", tmp_path / "hello.osc"
     much.write_text(MUCH)

@@ -17,7 +17,7 @@ from tests.faults.conftest import linking
 from tests.routers import free_endpoint, router_process
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_the_second_executor_releases_the_name_once_both_are_connected(tmp_path: Path) -> None:
     near, far = free_endpoint(), free_endpoint()
     hello, long = tmp_path / "hello.osc", tmp_path / "long.osc"

@@ -76,7 +76,7 @@ def worker_of(lab: RunningExecutor) -> int:
 # ---------------------------------------------------------------- routers
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_restart_of_a_killed_router_only_costs_time(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with ExitStack() as stack:
@@ -110,7 +110,7 @@ async def test_a_restart_of_a_killed_router_only_costs_time(tmp_path: Path) -> N
             assert [each.id for each in await client.runs()] == [run.id]
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_frozen_router_only_costs_time(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     with router_process(endpoint) as router, executor(tmp_path, connect=endpoint):
@@ -126,7 +126,7 @@ async def test_a_frozen_router_only_costs_time(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- executors
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_frozen_executor_loses_no_run_and_its_runs_continue(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
@@ -139,7 +139,7 @@ async def test_a_frozen_executor_loses_no_run_and_its_runs_continue(tmp_path: Pa
     assert 5.9 < records[-1]["t"] < 6.1  # the run did not wait for it
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_frozen_executor_does_not_hide_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -165,7 +165,7 @@ def test_a_frozen_executor_does_not_hide_others(
         frozen.process.send_signal(signal.SIGCONT)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_the_robots_of_a_run_stop_when_its_executor_is_killed(tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/rails"
     lab_file = tmp_path / "lab.yaml"
@@ -188,7 +188,7 @@ async def test_the_robots_of_a_run_stop_when_its_executor_is_killed(tmp_path: Pa
                 assert (await client.run(run.id)).state is State.LOST
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_runs_continue_after_the_fork_server_is_killed(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
@@ -203,7 +203,7 @@ async def test_runs_continue_after_the_fork_server_is_killed(tmp_path: Path) -> 
 # ---------------------------------------------------------------- runs and simulators
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_frozen_process_of_a_run_resumes(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint) as client:
@@ -251,7 +251,7 @@ async def test_a_killed_simulator_ends_its_run_as_an_error_and_the_next_run_star
 # ---------------------------------------------------------------- clients
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_client_killed_during_a_submission_causes_no_second_run(tmp_path: Path) -> None:
     file = write(tmp_path, HELLO)
     with executor(tmp_path, "--jobs", "2") as lab:
@@ -284,7 +284,7 @@ async def test_a_run_stopped_while_the_executor_is_down_stays_stopped(tmp_path: 
             assert (verdict.status, verdict.reason) == (seoro.RunStatus.CANCELLED, "enough")
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_client_gives_up_after_its_patience_and_finds_the_run_later(tmp_path: Path) -> None:
     with executor(tmp_path) as lab:
         async with seoro.Client(lab.endpoint, patience=1.0) as client:

@@ -25,7 +25,7 @@ scenario main:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
 def test_failures_in_simulators_are_repeated_shrunk_and_surrounded(
     engine: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

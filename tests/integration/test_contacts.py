@@ -27,7 +27,7 @@ scenario main:
     robot: differential_drive_robot
     do """
 PUSH = "robot.drive(linear: 0.3mps, duration: 2s)"
-engines = pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
+engines = pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.more)])
 
 
 def run(folder: Path, body: str, *simulator: str) -> tuple[int, list[dict[str, Any]]]:

@@ -55,17 +55,17 @@ def test_a_scenario_drives_a_robot(tmp_path: Path, mujoco_node: str) -> None:
         pytest.param(
             'topic_publish("/odom", "geometry_msgs.msg.Twist", "{}")',
             "/ROBOT/cmd_vel for each",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         pytest.param(
             'topic_publish("/cmd_vel", "std_msgs.msg.String", "data: hi")',
             "on a ROS 2 system only",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         pytest.param(
             'topic_publish("/cmd_vel", "geometry_msgs.msg.Twist", "data: hi")',
             "invalid twist",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
     ],
 )

@@ -25,7 +25,7 @@ def folders() -> set[Path]:
     return set(Path(tempfile.gettempdir()).glob("seoro-*"))
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_simultaneous_runs_have_the_traces_of_single_runs() -> None:
     scenario = seoro.load(GO_TO_POSE)
     at_once = await asyncio.gather(*(trace_of(scenario, seed) for seed in (1, 2)))
@@ -33,7 +33,7 @@ async def test_simultaneous_runs_have_the_traces_of_single_runs() -> None:
     assert [records[-1]["status"] for records in at_once] == ["passed", "passed"]
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_cancelled_run_leaves_no_files_and_processes() -> None:
     scenario = seoro.load(GO_TO_POSE)
     await trace_of(scenario, 1)  # Zenoh keeps some files for the process

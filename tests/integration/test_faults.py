@@ -167,7 +167,7 @@ def test_measurements_of_faults_are_in_the_trace(tmp_path: Path, mujoco_node: st
     )
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_camera_faults_are_measured_and_missing_images_are_reported(tmp_path: Path, mujoco_node: str) -> None:
     needs_pictures("mujoco")
     records = run(CAMERAS, tmp_path, mujoco_node)

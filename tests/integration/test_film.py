@@ -26,7 +26,7 @@ def length(film: Path) -> float:
         return float([frame.time for frame in container.decode(video=0)][-1])
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_video_is_as_long_as_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = main(["exec", SNAPSHOTS, *SMALL, "--rate", "max", "-o", str(tmp_path), "--record-video"])
     assert status == 0
@@ -34,7 +34,7 @@ def test_a_video_is_as_long_as_the_run(tmp_path: Path, capsys: pytest.CaptureFix
     assert str(tmp_path / "video.mp4") in capsys.readouterr().out
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_an_unwritable_video_ends_the_run_as_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     full = tmp_path / "full.mp4"
     full.symlink_to("/dev/full")
@@ -63,7 +63,7 @@ def test_a_failed_recording_leaves_no_file(tmp_path: Path, capsys: pytest.Captur
     assert not film.exists()
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_campaign_keeps_a_video_of_each_run(tmp_path: Path) -> None:
     varied = tmp_path / "varied.osc"
     varied.write_text(

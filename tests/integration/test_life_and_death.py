@@ -73,7 +73,7 @@ def test_a_killed_run_takes_its_simulator_with_it(start_seoro: StartSeoro) -> No
     assert not folder.exists()
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_manually_started_simulator_outlives_runs(start_seoro: StartSeoro, tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path}/node.sock"
     node = start_seoro("sim", "mujoco", "--listen", endpoint)

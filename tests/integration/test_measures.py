@@ -31,7 +31,7 @@ scenario main:
     record(length_driven, unit: m, event: end)
     do """
 PUSH = "robot.drive(linear: 0.3mps, duration: 2s)"
-engines = pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
+engines = pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.more)])
 
 
 def run(folder: Path, body: str, engine: str = "mujoco", *, node: str = "") -> tuple[int, list[dict[str, Any]]]:

@@ -296,7 +296,7 @@ def test_a_signal_or_time_limit_leaves_nothing_behind(
     assert asyncio.run(left_at(endpoint)) == []
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_the_death_of_the_simulator_leaves_nothing_behind(folder: Path, start_seoro: StartSeoro) -> None:
     mine = folders()
     run = start_run(start_seoro, folder, "--sim", "mujoco")

@@ -69,7 +69,7 @@ def test_processes_of_a_run_do_not_inherit_blocked_signals(
     assert not marked(mark)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize("seed", range(12))
 def test_a_killed_run_leaves_no_processes(seed: int, mark: str, tmp_path: Path, start_seoro: StartSeoro) -> None:
     process = start_seoro("exec", str(tmp_path / "main.osc"))

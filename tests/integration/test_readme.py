@@ -11,7 +11,7 @@ from seoro.cli.main import main
 PROJECT = Path(__file__).parents[2]
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 def test_the_example_takes_the_simulated_time_that_the_readme_states(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]

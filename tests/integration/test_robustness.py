@@ -66,19 +66,19 @@ def stopped_for(start_seoro: StartSeoro, folder: Path, seconds: float) -> tuple[
     return process.returncode, err
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_run_waits_for_a_suspended_simulator(start_seoro: StartSeoro, tmp_path: Path) -> None:
     assert stopped_for(start_seoro, tmp_path, 2.5) == (0, "")
     ended = [r for r in read_trace(tmp_path / "out" / "trace.jsonl") if r["kind"] == "run.end"]
     assert [r["t"] for r in ended] == [2.0], "time has passed that the simulator has not simulated"
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_run_waits_for_ten_seconds_at_most(start_seoro: StartSeoro, tmp_path: Path) -> None:
     assert stopped_for(start_seoro, tmp_path, 10.0) == (0, "")
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_hanging_simulator_ends_the_run(start_seoro: StartSeoro, tmp_path: Path) -> None:
     status, err = stopped_for(start_seoro, tmp_path, 24.0)
     assert status == 3
@@ -94,7 +94,7 @@ def test_a_hanging_simulator_ends_the_run(start_seoro: StartSeoro, tmp_path: Pat
             3_000,
             "cannot write the trace to {}/trace.jsonl: File too large",
             ["trace.jsonl"],
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         (20_000, "cannot write {}/top_down.png: File too large; the run itself: passed", ["trace.jsonl"]),
     ],
@@ -129,17 +129,17 @@ def test_an_invalid_world_file_is_refused_with_its_line(
     [
         ("box.spawn(pose_3d(), 'example_simulation://models/none.sdf')", "none.sdf"),
         pytest.param(
-            "box.spawn(pose_3d(), 'file:///nowhere/none.sdf')", "/nowhere/none.sdf", marks=pytest.mark.slow
+            "box.spawn(pose_3d(), 'file:///nowhere/none.sdf')", "/nowhere/none.sdf", marks=pytest.mark.more
         ),
         pytest.param(
             "robot.nav_to_pose(pose_3d(position_3d(x: 50m)))",
             "goal (50.00, 0.00) is outside of the map",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         pytest.param(
             "robot.nav_to_pose(pose_3d(position_3d(x: 0m * (1.0e308 * 10.0))))",
             "expected numbers within 1000 m",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         ("robot.drive(linear: 0mps * (1.0e308 * 10.0), duration: 1s)", "expected finite numbers"),
     ],

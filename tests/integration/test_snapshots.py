@@ -70,7 +70,7 @@ def begin(folder: Path, *options: str, scenario: str = "rest.osc", snapshot: Pat
     return main(["exec", str(folder / scenario), "--from-snapshot", given, "--rate", "max", *options])
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_run_from_a_snapshot_continues_the_saved_run(saved: Path, tmp_path: Path) -> None:
     before = ends(saved / "out" / "trace.jsonl")
     assert begin(saved, "--seed", "7", "-o", str(tmp_path)) == 0
@@ -99,7 +99,7 @@ def test_files_without_a_snapshot_are_refused(saved: Path, capsys: pytest.Captur
         assert words in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_snapshot_of_another_version_is_refused(
     saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -112,7 +112,7 @@ def test_a_snapshot_of_another_version_is_refused(
     assert "it was made by mujoco 1.0" in message
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_failed_saves_and_restores_report_their_reason(
     saved: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -127,7 +127,7 @@ def test_failed_saves_and_restores_report_their_reason(
         assert words in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_campaign_starts_each_run_from_the_snapshot(
     saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

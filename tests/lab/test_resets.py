@@ -180,7 +180,7 @@ async def test_ctrl_c_ends_a_reset_at_once(rails: Rails, tmp_path: Path) -> None
     assert rails.commands()[-1][2] == 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_reset_runs_on_an_executor_and_ends_with_a_stop(rails: Rails, tmp_path: Path) -> None:
     folder = tmp_path / "labs"
     folder.mkdir()

@@ -100,7 +100,7 @@ async def test_a_run_that_waits_for_robots_delays_no_other(rails: Rails, lab: se
             assert waiting.info.waits == ""
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_run_with_its_robots_waits_for_its_turn(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
     async with executing_at(tmp_path) as client:
         async with holding(rails):
@@ -137,7 +137,7 @@ async def test_a_run_stopped_while_it_waits_holds_no_robots(rails: Rails, lab: s
             await other.result()
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize("end", [RunningExecutor.end, RunningExecutor.kill])
 async def test_a_waiting_run_starts_after_a_restart_of_the_executor(
     rails: Rails, lab: seoro.Lab, tmp_path: Path, end: object
@@ -170,7 +170,7 @@ async def test_the_number_of_waiting_runs_is_limited(
             assert await passes(run)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_waiting_does_not_use_the_time_limit_of_a_run(rails: Rails, lab: seoro.Lab, tmp_path: Path) -> None:
     async with executing_at(tmp_path, time=5.0) as client:
         async with holding(rails):

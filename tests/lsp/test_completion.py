@@ -124,7 +124,7 @@ def test_the_signature_of_a_call_is_shown(tmp_path: Path) -> None:
     assert named is not None and named.active_parameter == 0
 
 
-@pytest.mark.parametrize("step", [7, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("step", [7, pytest.param(1, marks=pytest.mark.more)])
 def test_every_prefix_of_a_text_has_completions(tmp_path: Path, step: int) -> None:
     from seoro.lsp.completion import complete
 

@@ -110,7 +110,7 @@ def test_an_unknown_parameter_fails_with_a_message(project: Project) -> None:
     result.stdout.no_fnmatch_line("*Traceback*")
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_simulator_is_in_the_command_that_does_the_same(project: Project) -> None:
     robot = "scenario main:\n    robot: differential_drive_robot\n    do serial:\n"
     robot += "        robot.init_nav2(pose_3d(position_3d(x: 0.0m)))\n        emit fail\n"
@@ -254,7 +254,7 @@ def test_tests_with_an_event_loop_and_scenarios_live_side_by_side(project: Proje
     pytester.runpytest_inprocess(".").assert_outcomes(passed=4)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_xdist_spreads_scenarios_over_processes(project: Project) -> None:
     pytester = project(a=f"\n# seoro: seed 1, 2, 3\n{PASSING}", b=FAILING)
     result = pytester.runpytest_subprocess("-n", "2", ".")

@@ -166,7 +166,7 @@ async def test_without_javascript_verdict_tree_and_log_are_readable(report: Path
     assert "0.000 s info: begin" in text
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("width", [1280, 360])
 async def test_axe_finds_no_violations(report: Path, open_report: Open, dark: bool, width: int) -> None:
@@ -178,7 +178,7 @@ async def test_axe_finds_no_violations(report: Path, open_report: Open, dark: bo
         assert await violations_of(opened.page) == []
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_run_of_a_million_records(tmp_path: Path, open_report: Open) -> None:
     write(tmp_path, many_records(1_000_000))
     write_file(str(tmp_path / TRACE), tmp_path, tmp_path / "report.html")

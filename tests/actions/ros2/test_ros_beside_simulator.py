@@ -29,7 +29,7 @@ scenario main:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.engine("mujoco")
 async def test_simulated_time_continues_while_a_robot_is_awaited(tmp_path: Path, robot: str) -> None:
     options = Options(seed=0, ros=Ros(robot), simulator=Simulator("mujoco", rate=1.0))

@@ -75,7 +75,7 @@ async def test_transforms_that_cannot_be_read_are_reported_once(tmp_path: Path, 
     assert text.startswith("invalid message on /bad/tf: tf2_msgs/msg/TFMessage: ")
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize(
     ("invocation", "reason"),
     [
@@ -99,7 +99,7 @@ async def test_a_node_that_never_answers_times_out(
     assert ran.verdict.duration < 13.0
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize(
     ("order", "message"),
     [
@@ -150,7 +150,7 @@ async def test_a_goal_with_an_invalid_result_is_canceled(tmp_path: Path, broken:
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_images_of_10_megabytes_do_not_delay_a_run(tmp_path: Path, broken: str) -> None:
     ran = await run(
         tmp_path,

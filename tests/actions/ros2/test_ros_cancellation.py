@@ -65,7 +65,7 @@ async def inspect(ctx: ActionContext) -> None:
 
 
 @pytest.mark.parametrize(
-    "delay", [0.0, 0.01, 0.1, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.001, 0.003, 0.03, 0.3))]
+    "delay", [0.0, 0.01, 0.1, *(pytest.param(each, marks=pytest.mark.more) for each in (0.001, 0.003, 0.03, 0.3))]
 )
 async def test_a_cancelled_action_leaves_no_endpoint(delay: float, run_ros: RunRos) -> None:
     ran = await run_ros(SCENARIO.format(delay=delay), [inspect])

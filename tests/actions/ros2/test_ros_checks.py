@@ -212,7 +212,7 @@ scenario main:
     [
         ("active", "active", "/robot is active; expected unconfigured"),
         ("unconfigured", "active", "/robot is active; expected inactive after unconfigured"),
-        pytest.param("unconfigured", "inactive", "", marks=pytest.mark.slow),
+        pytest.param("unconfigured", "inactive", "", marks=pytest.mark.more),
     ],
 )
 async def test_unexpected_states_fail(before: str, after: str, reason: str, run_ros: RunRos) -> None:

@@ -37,7 +37,7 @@ async def logged(run: Run) -> None:
             return
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_waits_continue_after_a_restart_of_the_router(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     text = """
@@ -61,7 +61,7 @@ scenario main:
     assert verdict.status is RunStatus.PASSED, verdict.reason
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize(
     ("call", "called"),
     [
@@ -92,7 +92,7 @@ scenario main:
     assert f"the connection to the ROS 2 system is lost: {called}" in verdict.reason
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_call_to_a_node_of_this_machine_outlasts_the_router(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     text = """
@@ -171,7 +171,7 @@ scenario main:
     assert re.search("the connection to the ROS 2 system (was lost meanwhile|is lost)", verdict.reason)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_an_outage_before_a_wait_does_not_excuse_it(tmp_path: Path) -> None:
     endpoint = free_endpoint()
     text = """
@@ -193,7 +193,7 @@ scenario main:
     assert verdict.status is RunStatus.FAILED, verdict.reason
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_goal_accepted_too_late_is_canceled(tmp_path: Path, router: str) -> None:
     text = """
 scenario main:
@@ -266,7 +266,7 @@ scenario main:
     assert custom["notes"].splitlines()[:2] == notes[:2]
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_flood_of_messages_does_not_delay_a_run(tmp_path: Path, router: str) -> None:
     text = """
 scenario main:

@@ -19,7 +19,7 @@ ROBOT = "scenario main:\n    robot: differential_drive_robot\n"
         "robot.tf_close_to(0.2m, position_3d(x: 10.5m))",
         "robot.tf_close_to(0.1m, position_3d(x: 0.5m), parent_frame_id: 'odom')",
         "robot.odometry_distance_traveled(0.3m)",
-        pytest.param("assert_tf_moving('base_link', timeout: 5s, duration: 0.6s)", marks=pytest.mark.slow),
+        pytest.param("assert_tf_moving('base_link', timeout: 5s, duration: 0.6s)", marks=pytest.mark.more),
     ],
 )
 async def test_a_moving_robot_arrives(invocation: str, run_ros: RunRos) -> None:
@@ -33,7 +33,7 @@ async def test_a_moving_robot_arrives(invocation: str, run_ros: RunRos) -> None:
         pytest.param(
             "robot.tf_close_to(0.2m, position_3d(x: 20m))",
             "`base_link` within 0.2 m of the point; it is [0-9.]+ m away",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         (
             "robot.tf_close_to(0.2m, position_3d(), robot_frame_id: 'base_lin')",
@@ -42,12 +42,12 @@ async def test_a_moving_robot_arrives(invocation: str, run_ros: RunRos) -> None:
         pytest.param(
             "robot.tf_close_to(0.2m, position_3d(), namespace_override: 'r2')",
             "unknown frame `base_link`: no frame was published",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         pytest.param(
             "robot.odometry_distance_traveled(1m, namespace_override: '/r1')",
             "1 m on /r1/odom; found 0 m",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
     ],
 )
@@ -87,17 +87,17 @@ scenario main:
         pytest.param(
             "'box', timeout: 0.4s, use_sim_time: true",
             "`box` has not moved in `map` for 0.4 s",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         pytest.param(
             "'base_link', timeout: 0.5s, threshold_translation: 50mps",
             "`base_link` has not moved in `map` for 0.5 s",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         pytest.param(
             "'bus', timeout: 0.5s, wait_for_first_transform: false",
             "unknown frame `bus`; known frames: `base_link`, `box`",
-            marks=pytest.mark.slow,
+            marks=pytest.mark.more,
         ),
         (
             "'bus', timeout: 0.3s, wait_for_first_transform: false, use_sim_time: true",

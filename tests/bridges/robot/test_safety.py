@@ -80,7 +80,7 @@ def test_robots_stop_when_the_router_between_them_and_the_run_dies(
     assert min(times) < DEADLINE
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.anyio
 async def test_a_run_continues_with_aborted_goals_after_a_restart_of_the_router(
     start_rails: Callable[..., Rails], tmp_path: Path

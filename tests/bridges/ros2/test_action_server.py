@@ -109,7 +109,7 @@ async def test_goals_are_canceled(router: str, types: TypeStore) -> None:
         assert {(await peer.end(number)).status for number in (other, third)} == {Status.CANCELED}
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_old_results_are_dropped(router: str, types: TypeStore) -> None:
     async with serving(router, types) as peer:
         first, _ = await peer.goal(0)

@@ -178,7 +178,7 @@ async def alone(router: str) -> AsyncIterator[asyncio.subprocess.Process]:
         await process.wait()
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_the_graph_is_restored_after_a_restart_of_the_router(types: TypeStore) -> None:
     router = free_endpoint()
     async with AsyncExitStack() as stack:

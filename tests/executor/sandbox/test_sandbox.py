@@ -128,7 +128,7 @@ async def test_a_sandboxed_run_sees_no_files_and_processes_of_the_executor(tmp_p
     assert sleepers(mark) == []  # its child processes have ended with it
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @sandboxed
 async def test_a_sandboxed_run_reaches_a_robot_by_keys_of_the_broker(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")

@@ -59,7 +59,7 @@ def test_formatting_changes_the_layout_only_and_is_idempotent(text: str, seed: i
     assert fmt(done) == done
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_formatting_changes_the_layout_only_for_many_layouts() -> None:
     for seed in range(2000):
         text = CORPUS[seed % len(CORPUS)]
@@ -165,7 +165,7 @@ def test_formatting_time_does_not_double_with_each_bracket() -> None:
     assert fmt(f"struct s:\n    x: int = {nested}\n").count("+ (") == 39
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_long_lists_are_formatted_in_linear_time() -> None:
     numbers, calls = ", ".join(["1"] * 10_000), " + ".join(["f(1)"] * 2_000)
     assert len(fmt(f"struct s:\n    x: list of int = [{numbers}]\n    y: int = {calls}\n").splitlines()) > 2_000

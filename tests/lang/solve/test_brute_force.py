@@ -152,7 +152,7 @@ def test_z3_finds_the_answer_of_brute_force(terms: list[Term]) -> None:
         )
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @settings(max_examples=600, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(), min_size=1, max_size=8))
 def test_the_search_finds_the_answer_of_brute_force_for_many_problems(terms: list[Term]) -> None:

@@ -142,7 +142,7 @@ async def test_the_map_is_published_for_late_subscriptions(simulator: str, route
         assert set(np.unique(grid.data)) == {0, 100}
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_an_exposed_node_reappears_after_a_restart_of_the_router(simulator: str, types: TypeStore) -> None:
     endpoint = free_endpoint()
     async with AsyncExitStack() as stack:

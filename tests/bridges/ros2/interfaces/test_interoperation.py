@@ -42,7 +42,7 @@ def compare_with_mcap(store: TypeStore, values: dict[str, dict[str, Any]]) -> No
     assert compared == set(values)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_all_messages_equal_those_of_mcap(store: TypeStore) -> None:
     names = [name for name in structures(store) if not refers_to_derived(store, name)]
     assert len(names) > 700

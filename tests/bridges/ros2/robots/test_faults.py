@@ -21,7 +21,7 @@ from tests.bridges.robot.test_connecting import Ends
 from tests.bridges.ros2.robots.conftest import BRIDGE, FAKE_ROBOT, Bridged
 from tests.routers import as_if_elsewhere, free_endpoint, process, router_process
 
-pytestmark = [pytest.mark.anyio, pytest.mark.slow]
+pytestmark = [pytest.mark.anyio, pytest.mark.more]
 
 ALIKE = "geometry_msgs/msg/Twist"
 

@@ -95,7 +95,7 @@ def ended(number: int) -> float | None:
     return time.monotonic()
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 @pytest.mark.parametrize(
     ("how", "begun", "over"), [("velocity", drives, Bridged.stopped), ("goal", has_goal, goal_ended)]
@@ -123,7 +123,7 @@ def test_robots_stop_with_their_bridge(
     assert shortest(measured) < DEADLINE
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_the_next_bridge_cancels_orphaned_goals(tmp_path: Path) -> None:
     with alone(tmp_path) as robot, process(DRIVER, robot.bridged.endpoint, "tb", "goal"):
         wait_for(time.monotonic(), lambda: has_goal(robot.bridged))
@@ -135,7 +135,7 @@ def test_the_next_bridge_cancels_orphaned_goals(tmp_path: Path) -> None:
             wait_for(time.monotonic(), lambda: goal_ended(robot.bridged))
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_bridge_cancels_orphaned_goals_of_other_clients(tmp_path: Path) -> None:
     send = ["ros", "action", "send_goal", "/tb/navigate_to_pose", "{pose: {pose: {position: {x: 90.0}}}}"]
     with alone(tmp_path) as robot:
@@ -148,7 +148,7 @@ def test_a_bridge_cancels_orphaned_goals_of_other_clients(tmp_path: Path) -> Non
         wait_for(time.monotonic() + GONE_FOR, lambda: goal_ended(robot.bridged))
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_a_guard_without_a_connection_regards_no_sender_as_gone(tmp_path: Path, types: TypeStore) -> None:
     router = f"unixsock-stream/{tmp_path}/router"
     hub = AsyncExitStack()
@@ -171,7 +171,7 @@ async def test_a_guard_without_a_connection_regards_no_sender_as_gone(tmp_path: 
                 await senders.wait_gone(sender, "/spin")
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_goals_of_running_clients_are_not_canceled(tmp_path: Path) -> None:
     with alone(tmp_path) as robot:
         async with connect(robot.router) as system, system.node("else") as node, far_away(node):
@@ -179,7 +179,7 @@ async def test_goals_of_running_clients_are_not_canceled(tmp_path: Path) -> None
             assert goal_ended(robot.bridged) is None
 
 
-@pytest.mark.slow
+@pytest.mark.more
 async def test_goals_without_a_known_sender_are_not_canceled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -207,7 +207,7 @@ async def leave(_goal: Goal) -> None:
     """Do not cancel a goal."""
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_a_dead_guard_is_restarted(tmp_path: Path) -> None:
     with alone(tmp_path) as robot:
         first = guard_of(robot.bridge)

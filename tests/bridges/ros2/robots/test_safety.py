@@ -91,7 +91,7 @@ def behind_a_router(folder: Path) -> Iterator[tuple[Bridged, subprocess.Popen[by
         yield Bridged(ours, folder / "tb"), router
 
 
-@pytest.mark.slow
+@pytest.mark.more
 def test_robots_stop_when_the_router_to_the_run_dies(tmp_path: Path) -> None:
     with behind_a_router(tmp_path) as (bridged, router), process(DRIVER, bridged.endpoint, "tb", "velocity"):
         wait_for(time.monotonic(), lambda: drives(bridged))

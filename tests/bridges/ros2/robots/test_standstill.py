@@ -84,7 +84,7 @@ async def until(when: Callable[[], float | None]) -> None:
             await anyio.sleep(0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.more
 @pytest.mark.parametrize(
     ("how", "begun", "over"), [("velocity", drives, Bridged.stopped), ("goal", has_goal, goal_ended)]
 )
