@@ -5,6 +5,7 @@ import math
 import shutil
 import sqlite3
 from pathlib import Path
+from typing import Any
 
 import anyio
 import pytest
@@ -15,11 +16,9 @@ from seoro.bridges.executor.messages import State
 from seoro.embed.video import VideoOptions
 from seoro.errors import BackendRefused
 from seoro.executor.job import Job, make_job
-from seoro.executor.limits import Limits
 from seoro.executor.runs import active_run as live_runs
 from seoro.executor.runs import ends, queue
 from seoro.executor.service import ExecutorOptions, open_executor
-from seoro.executor.storage.run_folder import RunFolder
 from seoro.executor.storage.store import Finished, Store, open_store
 from seoro.runtime.verdict import RunStatus
 from tests.executors import HELLO
@@ -137,8 +136,8 @@ async def test_an_unwritable_video_makes_the_run_an_error(tmp_path: Path, monkey
     file = tmp_path / "hello.osc"
     file.write_text(HELLO)
 
-    def filled(manifest: wire.Manifest, folder: RunFolder, limits: Limits, *, can_sandbox: bool) -> Job:
-        found = make_job(manifest, folder, limits, can_sandbox=can_sandbox)
+    def filled(*given: Any, **options: Any) -> Job:
+        found = make_job(*given, **options)
         Path(found.output, "video.mp4").symlink_to("/dev/full")
         return found
 
