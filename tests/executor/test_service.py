@@ -151,7 +151,7 @@ async def test_an_unwritable_video_makes_the_run_an_error(tmp_path: Path, monkey
         with anyio.fail_after(60.0):
             verdict = await run.result()
         assert (run.state, verdict.status) == (State.ERROR, RunStatus.ERROR)
-        assert verdict.reason == "the film ends early: No space left on device; the run itself: passed"
+        assert verdict.reason == "the video ends early: No space left on device; the run itself: passed"
 
 
 @pytest.mark.more

@@ -39,7 +39,7 @@ def test_an_unwritable_video_ends_the_run_as_an_error(tmp_path: Path, capsys: py
     full = tmp_path / "full.mp4"
     full.symlink_to("/dev/full")
     assert main(["exec", SNAPSHOTS, *SMALL, "--rate", "max", "--record-video", str(full)]) == 3
-    assert "the film ends early: No space left on device; the run itself: passed" in capsys.readouterr().err
+    assert "the video ends early: No space left on device; the run itself: passed" in capsys.readouterr().err
 
 
 def test_the_video_of_a_killed_run_is_playable(start_seoro: StartSeoro, tmp_path: Path) -> None:

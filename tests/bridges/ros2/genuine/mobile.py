@@ -20,7 +20,7 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, CameraInfo, Imu, LaserScan
-from spinning import spin
+from spinning import Spinning
 from tf2_msgs.msg import TFMessage
 
 TICK = 0.05  # [s]
@@ -142,7 +142,7 @@ def main():
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     try:
-        spin(node, threads=4)
+        Spinning(node, threads=4).run()
     finally:
         del robot
         os._exit(0)  # rclpy may hang in its exit

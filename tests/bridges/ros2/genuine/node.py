@@ -15,7 +15,7 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image, NavSatFix, PointCloud2, Range
-from spinning import spin
+from spinning import Spinning
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 from test_msgs.action import Fibonacci
@@ -157,7 +157,7 @@ def main():
     KINDS[kind](node, argument)
     print_line("ready")
     try:
-        spin(node, threads=4)
+        Spinning(node, threads=4).run()
     finally:
         os._exit(0)  # rclpy may hang in its exit
 

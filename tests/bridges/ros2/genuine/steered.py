@@ -24,7 +24,7 @@ from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
-from spinning import spin
+from spinning import Spinning
 
 OUTPUT = threading.Lock()
 LENGTH = 3  # of generated sequences without bounds
@@ -169,14 +169,16 @@ def drawn(kind, draw):
 
 
 class Steered:
-    def __init__(self, node):
+    def __init__(self, node, spinning):
         self.node = node
+        self.call_in_turn = spinning.call
         self.made = {}  # publishers, subscriptions, servers and clients by name
         self.goals = {}
         self.group = ReentrantCallbackGroup()
 
     def publisher(self, topic, type, **policies):  # noqa: A002 - a name of the requests
-        self.made[topic] = self.node.create_publisher(interface(type), topic, qos(**policies))
+        kind = interface(type)
+        self.made[topic] = self.call_in_turn(lambda: self.node.create_publisher(kind, topic, qos(**policies)))
 
     def publish(self, topic, messages, pause=0.0):
         publisher = self.made[topic]
@@ -220,7 +222,9 @@ class Steered:
 
         kind = interface(type)
         # Not in the reentrant group, so that messages are printed in order.
-        self.made[topic] = self.node.create_subscription(kind, topic, receive, qos(**policies))
+        self.made[topic] = self.call_in_turn(
+            lambda: self.node.create_subscription(kind, topic, receive, qos(**policies))
+        )
 
     def matched(self, topic):
         return {
@@ -275,16 +279,18 @@ class Steered:
                 raise RuntimeError("the callback failed")
             return fill(answer, response or {})
 
-        self.made[service] = self.node.create_service(kind, service, handle, callback_group=self.group)
+        self.made[service] = self.call_in_turn(
+            lambda: self.node.create_service(kind, service, handle, callback_group=self.group)
+        )
 
     def call(self, service, type, requests):  # noqa: A002 - a name of the requests
         kind = interface(type)
-        client = self.node.create_client(kind, service, callback_group=self.group)
+        client = self.call_in_turn(lambda: self.node.create_client(kind, service, callback_group=self.group))
         if not client.wait_for_service(60.0):
             raise RuntimeError(f"no server of {service}")
         futures = [client.call_async(fill(kind.Request(), request)) for request in requests]
         found = [to_json(wait_for(future)) for future in futures]
-        self.node.destroy_client(client)
+        self.call_in_turn(lambda: self.node.destroy_client(client))
         return found
 
     # parameters
@@ -305,7 +311,7 @@ class Steered:
             self.node.add_on_set_parameters_callback(check)
 
     def set_parameter(self, name, value):
-        self.node.set_parameters([Parameter(name, value=value)])
+        self.call_in_turn(lambda: self.node.set_parameters([Parameter(name, value=value)]))
 
     def parameter(self, name):
         return self.node.get_parameter(name).value
@@ -318,7 +324,9 @@ class Steered:
                 changed=[each.name for each in (*event.new_parameters, *event.changed_parameters)],
             )
 
-        self.made["parameters"] = self.node.create_subscription(ParameterEvent, "/parameter_events", receive, 100)
+        self.made["parameters"] = self.call_in_turn(
+            lambda: self.node.create_subscription(ParameterEvent, "/parameter_events", receive, 100)
+        )
 
     # actions
 
@@ -344,22 +352,27 @@ class Steered:
             print_line(event="cancel", action=action)
             return CancelResponse.ACCEPT if cancels else CancelResponse.REJECT
 
-        self.made[action] = ActionServer(
-            self.node,
-            kind,
-            action,
-            execute,
-            goal_callback=lambda _: GoalResponse.REJECT if order == "reject" else GoalResponse.ACCEPT,
-            cancel_callback=answer_cancel,
-            callback_group=self.group,
+        self.made[action] = self.call_in_turn(
+            lambda: ActionServer(
+                self.node,
+                kind,
+                action,
+                execute,
+                goal_callback=lambda _: GoalResponse.REJECT if order == "reject" else GoalResponse.ACCEPT,
+                cancel_callback=answer_cancel,
+                callback_group=self.group,
+            )
         )
 
     def send_goal(self, action, type, goal, name="goal", cancel_after_feedback=False):  # noqa: A002
         """Send a goal; events report its acceptance, feedback and result."""
         kind = interface(type)
-        client = self.made.setdefault(
-            f"client of {action}", ActionClient(self.node, kind, action, callback_group=self.group)
-        )
+        key = f"client of {action}"
+        if key not in self.made:
+            self.made[key] = self.call_in_turn(
+                lambda: ActionClient(self.node, kind, action, callback_group=self.group)
+            )
+        client = self.made[key]
         if not client.wait_for_server(60.0):
             raise RuntimeError(f"no server of {action}")
 
@@ -389,7 +402,7 @@ class Steered:
         return self.node.get_clock().now().nanoseconds
 
     def use_sim_time(self):
-        self.node.set_parameters([Parameter("use_sim_time", value=True)])
+        self.set_parameter("use_sim_time", True)
 
 
 def wait_for(future):
@@ -435,9 +448,10 @@ def main():
     rclpy.init(args=sys.argv)
     name = sys.argv[1]
     node = Life(name) if name == "life" else rclpy.create_node(name)
-    threading.Thread(target=serve_requests, args=(Steered(node),), daemon=True).start()
+    spinning = Spinning(node, threads=8)
+    threading.Thread(target=serve_requests, args=(Steered(node, spinning),), daemon=True).start()
     print_line(event="ready")
-    spin(node, threads=8)
+    spinning.run()
 
 
 if __name__ == "__main__":
