@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Final
 
 from seoro.lang import frozen
 from seoro.lang.arithmetic import Number
@@ -39,6 +40,7 @@ class Part(frozen.Frozen):
         solvable: Cells that the others determine, because the part is an equality with an inverse.
         definitions: Cells that are equal to a term without them, with the term.
         partial: Whether it may have no value.
+        conditional: Whether it may hold without a value of each of its terms.
         listed: Whether contraction of the last open cell may leave invalid values.
         cost: Cost of its evaluation [terms].
     """
@@ -50,8 +52,12 @@ class Part(frozen.Frozen):
     solvable: tuple[int, ...]
     definitions: tuple[tuple[int, terms.Term], ...]
     partial: bool
+    conditional: bool
     listed: bool
     cost: int
+
+
+_CONDITIONS: Final = terms.Or | terms.Implies | terms.IfThenElse | terms.Not
 
 
 def parts_of(constraints: tuple[Constraint, ...], numbers: Mapping[Cell, int]) -> tuple[Part, ...]:
@@ -80,12 +86,12 @@ def _part(source: int, term: terms.Term, numbers: Mapping[Cell, int]) -> Part:
     cells = tuple(dict.fromkeys(mentioned))
     repeated = len(mentioned) > len(cells)
     partial = any(_is_partial(node.term) for node in nodes)
+    conditional = any(isinstance(node.term, _CONDITIONS) for node in nodes)
     listed = repeated or any(_is_coarse(node.term) for node in nodes)
     solvable = () if repeated else _solvable(term, numbers)
     cost = sum(node.term.cost if isinstance(node.term, terms.Opaque) else 1 for node in nodes)
-    return Part(
-        source, term, tuple(nodes), cells, solvable, _definitions(term, numbers, repeated), partial, listed, cost
-    )
+    definitions = _definitions(term, numbers, repeated)
+    return Part(source, term, tuple(nodes), cells, solvable, definitions, partial, conditional, listed, cost)
 
 
 def _cells(node: Node, numbers: Mapping[Cell, int]) -> tuple[int, ...]:

@@ -30,7 +30,7 @@ from seoro.lang.solve.sets import (
     single,
     union,
 )
-from seoro.lang.solve.terms import Cell, Implies, Or, Term, Unevaluable, Value
+from seoro.lang.solve.terms import Arithmetic, Cell, Implies, Negate, Or, Term, ToWhole, Unevaluable, Value
 
 # Number of times that any change of a cell wakes other parts; afterwards only large steps do. Otherwise `a < b`
 # and `b < a` would continue number by number.
@@ -181,7 +181,8 @@ class Store:
     def settle(self) -> None:
         """Mark the parts that hold for all values of open cells as entailed; called before any choice."""
         for number, part in enumerate(self.parts):
-            holds_anyhow = not part.partial and self._forward(part)[-1] == TRUE
+            found = self._forward(part)
+            holds_anyhow = not part.partial and found[-1] == TRUE and not self._overflowing(part, found)
             if holds_anyhow or not any(self.is_open(cell) for cell in part.cells):
                 self.entailed.add(number)
 
@@ -197,22 +198,42 @@ class Store:
                 found.append(node.constant)
         return found
 
+    def _overflowing(self, part: Part, found: list[ValueSet]) -> frozenset[int]:
+        """Return the positions of the terms of a part that some values take beyond 64 bits.
+
+        Without wrapping, these values are left out of `found`, though the cells still have them.
+        """
+        if self.wrapping:
+            return frozenset()
+        return frozenset(
+            place
+            for place, node in enumerate(part.nodes)
+            if isinstance(node.term, Arithmetic | Negate | ToWhole)
+            and forward(node.term, [found[arg] for arg in node.args], wrapping=True) != found[place]
+        )
+
     def _contract(self, number: int) -> list[tuple[int, ValueSet]]:
         """Narrow the cells of a part by contraction of its terms."""
         part = self.parts[number]
         found = self._forward(part)
-        if found[-1] == TRUE:
+        overflowing = self._overflowing(part, found) if found[-1] == TRUE else frozenset[int]()
+        if found[-1] == TRUE and (not overflowing or part.conditional):
             return []
         changes: list[tuple[int, ValueSet]] = []
-        for cell, after in self._united(part, found).items():
+        for cell, after in self._united(part, found, overflowing).items():
             before = self.sets[cell]
             if after != before:
                 self.narrow(cell, after, number)
                 changes.append((cell, before))
         return changes
 
-    def _united(self, part: Part, found: list[ValueSet]) -> dict[int, ValueSet]:
+    def _united(self, part: Part, found: list[ValueSet], overflowing: frozenset[int]) -> dict[int, ValueSet]:
         """Return the domains of the cells of a part, united over the cases of an alternative.
+
+        Args:
+            part: The part.
+            found: Possible values of its terms.
+            overflowing: Positions of terms whose operands are narrowed to those without overflow.
 
         Raises:
             Empty: The part cannot hold.
@@ -232,7 +253,7 @@ class Store:
             if wanted == TRUE and found[place] == FALSE:
                 continue
             try:
-                case = self._backward(part, found, first, place, wanted)
+                case = self._backward(part, found, overflowing, first, place, wanted)
             except Empty:
                 continue
             if united is None:
@@ -246,13 +267,20 @@ class Store:
         return {cell: meet(self.sets[cell], values) for cell, values in united.items()}
 
     def _backward(
-        self, part: Part, found: list[ValueSet], first: int, place: int, values: ValueSet
+        self,
+        part: Part,
+        found: list[ValueSet],
+        overflowing: frozenset[int],
+        first: int,
+        place: int,
+        values: ValueSet,
     ) -> dict[int, ValueSet]:
         """Return the domains of the cells of a term whose value is in a set.
 
         Args:
             part: The part with the term.
             found: Possible values of the terms of the part.
+            overflowing: See `_united`.
             first: Position of the first subterm.
             place: Position of the term.
             values: The set.
@@ -267,7 +295,7 @@ class Store:
             here = wanted.get(current, found[current])
             if node.cell >= 0:
                 sets[node.cell] = meet(sets.get(node.cell, self.sets[node.cell]), here)
-            elif node.args and current in wanted and here != found[current]:
+            elif node.args and ((current in wanted and here != found[current]) or current in overflowing):
                 args = [found[arg] for arg in node.args]
                 for arg, narrowed in zip(node.args, backward(node.term, here, args, self.wrapping), strict=True):
                     wanted[arg] = meet(found[arg], narrowed)

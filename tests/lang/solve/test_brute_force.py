@@ -134,6 +134,26 @@ def check(asked: Problem, engine: Engine) -> None:
         assert all(holds(constraint.term, values) for constraint in asked.constraints)
 
 
+LARGE = cell("large", Integer(0, 2**40))
+
+
+@pytest.mark.parametrize("engine", ["auto", "search", "z3"])
+@pytest.mark.parametrize(
+    "term",
+    [
+        Compare("<=", Arithmetic("-", CellRef(NUMBERS[0]), CellRef(LARGE), UINT), Const(10)),
+        InSet(ToWhole(ToWhole(Negate(CellRef(NUMBERS[0]), INT), UINT), INT), (0,)),
+        Or((CellRef(BOOLEANS[0]), Compare("<", ToWhole(CellRef(NUMBERS[1]), UINT), Const(9)))),
+    ],
+    ids=["difference", "conversion", "alternative"],
+)
+def test_constraints_hold_for_values_near_an_overflow(term: Term, engine: Engine) -> None:
+    """Values beyond 64 bits are left out at first. A constraint may hold for the others only."""
+    for seed in range(20):
+        values = dict(solve(problem(term), seed, engine=engine).values)
+        assert holds(term, values)
+
+
 @settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(conditions(opaque()), min_size=1, max_size=6))
 def test_the_search_finds_the_answer_of_brute_force(terms: list[Term]) -> None:
