@@ -12,9 +12,9 @@ LONGEST = 0.1  # [s] asleep
 class Spinning:
     """The executor of a node.
 
-    That of rclpy 9.1.2 may miss that a callback group is free again. Then it sleeps until something else happens,
-    although messages have arrived. So it never sleeps long. It may also miss an entity that another thread makes,
-    or use it half-made. So other threads let the executor's thread make them.
+    The executor of rclpy 9.1.2 may miss that a callback group is free again. Then it sleeps until something else
+    happens, although messages have arrived. So it never sleeps long. It may also miss an entity that another thread
+    makes, or use it half-made. So other threads let the executor's thread make them.
 
     Args:
         node: The node.
