@@ -13,8 +13,8 @@ class Spinning:
     """The executor of a node.
 
     The executor of rclpy 9.1.2 may miss that a callback group is free again. Then it sleeps until something else
-    happens, although messages have arrived. So it never sleeps long. It may also miss an entity that another thread
-    makes, or use it half-made. So other threads let the executor's thread make them.
+    happens, although messages have arrived. So it never sleeps long. It may also miss an entity that another
+    thread makes, or use it half-made. So other threads let the executor's thread make them.
 
     Args:
         node: The node.
