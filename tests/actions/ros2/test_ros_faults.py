@@ -243,18 +243,22 @@ async def test_a_publisher_that_restarts_during_a_recording_is_reported(tmp_path
 import osc.ros
 
 scenario main:
+    event killed
     do serial:
         bag_record(['/count'], timestamp_suffix: false)
         log("recording")
+        wait @killed
         check_data("/count", "std_msgs/msg/Int64", "4", member_name: "data")
 """
-    settings = replace(options(router), output_directory=tmp_path / "out")
+    settings = replace(options(router), output_directory=tmp_path / "out", external=("killed",))
     with starting_robot(router) as robot:
         async with prepare(load_text(tmp_path, text, ()), settings) as run, run.running():
             async for record in run.trace():
                 if record["kind"] == "log":
                     break
             robot.kill()
+            robot.wait()
+            await run.emit("killed")
             with starting_robot(router), anyio.fail_after(20.0):
                 ran = await ran_of(run)
     assert ran.verdict.status is RunStatus.PASSED, ran.verdict.reason
