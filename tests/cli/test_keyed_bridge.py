@@ -60,8 +60,7 @@ def test_a_bridge_with_keys_moves_its_robot_for_an_operator(
     (log,) = (tmp_path / "state" / "seoro" / "bridges").glob("hall@*.audit.jsonl")
     assert check_log(log, read_keys(lab.keys("vera")).authority).writers == ("hall",)
     lines = [json.loads(line) for line in log.read_bytes().splitlines()]
-    assert [(line["what"], line["by"]) for line in lines if line.get("outcome") == "done"] == [
-        ("take_robots", "anna"),
-        ("emergency_stop", "anna"),
-        ("emergency_stop", "anna"),  # published, and as a request
-    ]
+    done = [(line["what"], line["by"]) for line in lines if line.get("outcome") == "done"]
+    # A stop is published, and sent as a request; on a busy machine, by several connections.
+    assert list(dict.fromkeys(done)) == [("take_robots", "anna"), ("emergency_stop", "anna")]
+    assert done.count(("emergency_stop", "anna")) >= 2
