@@ -110,7 +110,7 @@ async def test_runs_leave_the_reserve_of_the_executor_free(keeping: RunningExecu
         assert state is State.ERROR
         assert "4.0 MiB have to stay free" in run.info.reason
         assert "`free`" in run.info.reason
-        assert lowest > 2 << 20  # half of the reserve, in which runs record their ends
+        assert lowest > 1 << 20  # traces leave 2 MiB, half of the reserve; the ends of runs take some of it
         # The next run is accepted without a manual clean-up, and only the culprit has ended.
         await follow(await client.submit(NAME, hello))
         assert (await client.run(innocent.id)).state is State.RUNNING
