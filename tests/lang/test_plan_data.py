@@ -74,7 +74,7 @@ def test_plans_of_generated_programs_are_decoded_with_their_shared_nodes(program
     is_decoded(program)
 
 
-@pytest.mark.more
+@pytest.mark.slow
 @LONG
 @given(program=programs())
 def test_plans_of_very_many_programs_are_decoded_with_their_shared_nodes(program: Program) -> None:

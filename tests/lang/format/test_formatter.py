@@ -59,7 +59,7 @@ def test_formatting_changes_the_layout_only_and_is_idempotent(text: str, seed: i
     assert fmt(done) == done
 
 
-@pytest.mark.more
+@pytest.mark.slow
 def test_formatting_changes_the_layout_only_for_many_layouts() -> None:
     for seed in range(2000):
         text = CORPUS[seed % len(CORPUS)]
