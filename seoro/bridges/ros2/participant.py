@@ -31,7 +31,6 @@ from seoro.bridges.session import (
     publishing,
     subscribing,
 )
-from seoro.bridges.session.brokered import current_broker
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
 
@@ -317,10 +316,9 @@ async def connect(
         NoSystem: The endpoint is unreachable, or no node or bridge was found.
         UsageError: The endpoint is invalid, or both dialects are in use.
     """
-    has_direct_links = is_local(endpoint) and current_broker() is None  # a sandbox has no way to other processes
     async with AsyncExitStack() as stack:
         try:
-            opening = open_session(connect=endpoint, patient=False, gossip=has_direct_links)
+            opening = open_session(connect=endpoint, patient=False, gossip=is_local(endpoint))
             session = await stack.enter_async_context(opening)
         except InvalidEndpoint as error:
             raise UsageError(str(error)) from None

@@ -90,8 +90,9 @@ class Session:
         self._is_hub = listen is not None
         self._knows_tokens = False
         address = connect if connect is None else broker_address(connect)
+        meets_peers = gossip and address == connect  # behind a broker, only the endpoint itself is reached
         self._settings = session_settings(
-            listen, address, patient=patient, gossip=gossip, as_peer=as_peer, largest=largest
+            listen, address, patient=patient, gossip=meets_peers, as_peer=as_peer, largest=largest
         )
         try:
             if security is not None:
