@@ -11,11 +11,11 @@ from seoro.actions.ros_support import as_action_failure, log_missing, next_messa
 from seoro.errors import ActionFailed
 from seoro.robotics.geometry import Pose3D
 from seoro.runtime.actions.context import ActionContext
-from seoro.runtime.contracts.ros2 import ObservedSystem, Ros2System, Wanted
+from seoro.runtime.contracts.ros2 import ObservedSystem, RobotNames, Ros2System, Wanted
 from seoro.runtime.functions.actions import action
 from seoro.runtime.values.values import Actor
 
-LOCALISED = "amcl_pose"
+LOCALISED = RobotNames().pose
 POSE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 QOS = "system_default_reliable"
 LATCHED = "system_default_transient_local"

@@ -182,9 +182,8 @@ def _profile_files(lab: ReadLab) -> Iterator[Path]:
     """Yield the profiles of recorded robots that are files."""
     for name, robot in lab.robots.items():
         _check_relative("profile", name, robot.profile)
-        named = lab.profile_of(name)
-        if named is not None and Path(named).suffix:
-            yield Path(named)
+        if isinstance(profile := lab.profile_of(name), Path):
+            yield profile
 
 
 def _resets(lab: ReadLab) -> Iterator[Path]:

@@ -87,10 +87,10 @@ class Lab:
         """Return the file and line of the robot of an actor."""
         return self._lines.at(("robots", actor))
 
-    def profile_of(self, robot: str) -> str | None:
-        """Return the name or the path of the profile of a recorded robot; None without one."""
+    def profile_of(self, robot: str) -> str | Path | None:
+        """Return the name or the file of the profile of a recorded robot; None without one."""
         profile = self._file.robots[robot].profile
-        return profile if profile is None or not profile.endswith(".yaml") else str(self._folder / profile)
+        return self._folder / profile if profile is not None and profile.endswith(".yaml") else profile
 
     def reset_of(self, robot: str) -> Path | None:
         """Return the file of the reset scenario of a robot; None without one.

@@ -110,7 +110,7 @@ def _names_of(lab: Lab, robot: str) -> RobotNames:
     """Return the names of the topics of a recorded robot, with those of its profile.
 
     Raises:
-        UsageError: The extra `ros2` is not installed, or the profile cannot be used.
+        UsageError: The profile cannot be used.
     """
     namespace, named = lab.robots[robot].namespace.strip("/"), lab.profile_of(robot)
     if named is None:
@@ -118,7 +118,7 @@ def _names_of(lab: Lab, robot: str) -> RobotNames:
     from seoro.bridges.ros2.robots.profile import read_profile  # noqa: PLC0415 - for robots with a profile
 
     try:
-        profile = read_profile(named)
+        profile = read_profile(str(named))
         if profile.tf.rpartition("/")[2] != TF:
             raise UsageError(f"unsupported name of transforms, '{profile.tf}': expected `{TF}` at its end")
     except UsageError as error:

@@ -55,9 +55,12 @@ class BagTracks:
         space = names.frames
         self._names.setdefault(space, {})[names.namespace] = robot
         self._frames.setdefault(space, RobotFrames(space))
-        beside = f"/{space}/{STATIC}" if space else f"/{STATIC}"
-        transforms, odometry = names.full(names.tf), names.full(names.odometry)
-        for topic, type_ in ((transforms, TRANSFORMS), (beside, TRANSFORMS), (odometry, ODOMETRY)):
+        topics = {
+            names.full(names.tf): TRANSFORMS,
+            RobotNames(space).full(STATIC): TRANSFORMS,
+            names.full(names.odometry): ODOMETRY,
+        }
+        for topic, type_ in topics.items():
             if topic in bag.topics and bag.topics[topic].type == type_:
                 self._followed[topic] = (type_, space)
 
