@@ -90,29 +90,31 @@ def _check_limits(problem: str) -> Finding:
     return ok("limits", f"{by_kernel} and the number of processes and threads of a run, {watched}")
 
 
-def _missing(extra: Extra) -> list[str]:
-    """Return the packages of an extra that are not installed."""
-    return [name for name in extra.packages if _version(name) is None]
+def _versions(extra: Extra) -> dict[str, str | None]:
+    """Return the versions of the packages of an extra; None where one is not installed."""
+    return {name: _version(name) for name in extra.packages}
 
 
 def _more_extras() -> Finding:
     """Return which of the extras that fewer users need are installed."""
-    present = [extra.name for extra in MORE_EXTRAS if not _missing(extra)]
-    absent = [f"{extra.name} ({extra.purpose})" for extra in MORE_EXTRAS if _missing(extra)]
+    absent = [extra for extra in MORE_EXTRAS if None in _versions(extra).values()]
+    present = [extra.name for extra in MORE_EXTRAS if extra not in absent]
     text = f"installed: {', '.join(present) or 'none'}"
     if absent:
-        text += f"; not installed: {', '.join(absent)}; install one with {_pip('seoro[NAME]')}"
+        named = ", ".join(f"{extra.name} ({extra.purpose})" for extra in absent)
+        text += f"; not installed: {named}; install one with {_pip('seoro[NAME]')}"
     return ok("more extras", text)
 
 
 def _check_extra(extra: Extra) -> Finding:
-    if missing := _missing(extra):
+    versions = _versions(extra)
+    if missing := [name for name, found in versions.items() if found is None]:
         return warning(
             extra.name,
             f"not installed: {', '.join(missing)} (needed for {extra.purpose})",
             _pip(f"seoro[{extra.name}]"),
         )
-    return ok(extra.name, ", ".join(f"{name} {_version(name)}" for name in extra.packages))
+    return ok(extra.name, ", ".join(f"{name} {found}" for name, found in versions.items()))
 
 
 def _version(name: str) -> str | None:

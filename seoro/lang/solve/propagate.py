@@ -216,9 +216,12 @@ class Store:
         """Narrow the cells of a part by contraction of its terms."""
         part = self.parts[number]
         found = self._forward(part)
-        overflowing = self._overflowing(part, found) if found[-1] == TRUE else frozenset[int]()
-        if found[-1] == TRUE and (not overflowing or part.conditional):
-            return []
+        overflowing = frozenset[int]()
+        if found[-1] == TRUE:
+            if not part.conditional:
+                overflowing = self._overflowing(part, found)
+            if not overflowing:
+                return []
         changes: list[tuple[int, ValueSet]] = []
         for cell, after in self._united(part, found, overflowing).items():
             before = self.sets[cell]

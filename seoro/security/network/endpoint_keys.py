@@ -6,12 +6,12 @@ on request.
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from seoro.bridges.session import Security, is_endpoint, is_local, is_secured
 from seoro.bridges.session.brokered import current_broker
+from seoro.bridges.session.endpoints import place_of
 from seoro.bridges.wire.keys import MAJOR
 from seoro.errors import UsageError
 from seoro.security.keys.folder import chosen_folder, default_folder, read_keys
@@ -25,7 +25,6 @@ ASKING: Final = frozenset({*PEOPLE, Role.EXECUTOR})  # may read the state of nod
 CLIENTS: Final = frozenset(PEOPLE)  # clients of executors
 SERVING_NODES: Final = frozenset({Role.NODE})
 SERVING_RUNS: Final = frozenset({Role.EXECUTOR})
-_NETWORK: Final = re.compile(r"tls/(?P<host>\[[^\]]+\]|[^:]+):(?P<port>\d+)")
 ROUTING: Final = frozenset({Role.ROUTER})
 
 
@@ -81,13 +80,12 @@ def check_reached(endpoint: str, security: Security | None) -> None:
     Raises:
         UsageError: It was; names the reason.
     """
-    match = _NETWORK.match(endpoint)
-    if security is None or match is None:
+    place = place_of(endpoint)
+    if security is None or not isinstance(place, tuple):
         return
     from seoro.security.keys.diagnosis import why_refused  # noqa: PLC0415 - only where something is wrong
 
-    host = match["host"].strip("[]")
-    if reason := why_refused(host, int(match["port"]), security.authority, security.certificate, security.key):
+    if reason := why_refused(*place, security.authority, security.certificate, security.key):
         raise UsageError(f"{endpoint} answers, but {reason}", help=f"keys in use: {security.certificate.parent}")
 
 
