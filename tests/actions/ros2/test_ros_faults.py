@@ -15,19 +15,33 @@ from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Session
 from seoro.embed import prepare
 from seoro.embed.runs import Run
-from seoro.runtime.verdict import RunStatus
+from seoro.runtime.verdict import RunStatus, Verdict
 from tests.actions.ros2.conftest import options, ran_of, running, starting_robot
 from tests.routers import as_if_elsewhere, free_endpoint
 from tests.runtime.conftest import load_text
 
 
-async def restarted(hub: Session, endpoint: str, run: Run) -> Session:
-    """Close a router after the first that a run logs, and open another in its place."""
-    await logged(run)
-    await anyio.sleep(0.5)
-    await anyio.to_thread.run_sync(hub.close)
-    await anyio.sleep(0.5)
-    return Session(listen=endpoint, gossip=True)
+async def verdict_after_a_restart(folder: Path, text: str, router: str, endpoint: str) -> Verdict:
+    """Run a scenario beside a robot, and restart the router after the first that the run logs.
+
+    Args:
+        folder: Folder for the scenario.
+        text: The scenario.
+        router: Endpoint at which the router listens.
+        endpoint: Endpoint to which the run and the robot connect.
+    """
+    hub = Session(listen=router, gossip=True)
+    with starting_robot(endpoint):
+        async with running(folder, endpoint, text) as run:
+            await logged(run)
+            await anyio.sleep(0.5)
+            await anyio.to_thread.run_sync(hub.close)
+            await anyio.sleep(0.5)
+            hub = Session(listen=router, gossip=True)
+            with anyio.fail_after(30.0):
+                verdict = await run.result()
+    hub.close()
+    return verdict
 
 
 async def logged(run: Run) -> None:
@@ -51,13 +65,7 @@ scenario main:
         wait_for_data("/count", "std_msgs/msg/Int64")
         service_call("/add", "example_interfaces/srv/AddTwoInts", "{a: 1}")
 """
-    hub = Session(listen=endpoint, gossip=True)
-    with starting_robot(endpoint):
-        async with running(tmp_path, endpoint, text) as run:
-            hub = await restarted(hub, endpoint, run)
-            with anyio.fail_after(30.0):
-                verdict = await run.result()
-    hub.close()
+    verdict = await verdict_after_a_restart(tmp_path, text, endpoint, endpoint)
     assert verdict.status is RunStatus.PASSED, verdict.reason
 
 
@@ -73,7 +81,6 @@ async def test_a_lost_router_during_a_call_is_an_error_not_a_failure(
     tmp_path: Path, call: str, called: str
 ) -> None:
     endpoint = free_endpoint()
-    elsewhere = as_if_elsewhere(endpoint)
     text = f"""
 scenario main:
     do parallel:
@@ -81,13 +88,7 @@ scenario main:
         {call} with:
             inverter()
 """
-    hub = Session(listen=endpoint, gossip=True)
-    with starting_robot(elsewhere):
-        async with running(tmp_path, elsewhere, text) as run:
-            hub = await restarted(hub, endpoint, run)
-            with anyio.fail_after(30.0):
-                verdict = await run.result()
-    hub.close()
+    verdict = await verdict_after_a_restart(tmp_path, text, endpoint, as_if_elsewhere(endpoint))
     assert verdict.status is RunStatus.ERROR, verdict.reason
     assert f"the connection to the ROS 2 system is lost: {called}" in verdict.reason
 
@@ -101,13 +102,7 @@ scenario main:
         log("there")
         action_call("/fibonacci", "example_interfaces/action/Fibonacci", "{order: 46}")
 """
-    hub = Session(listen=endpoint, gossip=True)
-    with starting_robot(endpoint):
-        async with running(tmp_path, endpoint, text) as run:
-            hub = await restarted(hub, endpoint, run)
-            with anyio.fail_after(30.0):
-                verdict = await run.result()
-    hub.close()
+    verdict = await verdict_after_a_restart(tmp_path, text, endpoint, endpoint)
     assert verdict.status is RunStatus.PASSED, verdict.reason
 
 

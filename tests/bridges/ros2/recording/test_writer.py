@@ -16,7 +16,7 @@ from seoro.bridges.ros2.recording import writer as writer_module
 from seoro.bridges.ros2.recording.errors import RefusedRecording
 from seoro.bridges.ros2.recording.mcap_file import CHUNK, Compression
 from seoro.bridges.ros2.recording.metadata import BagTopic, read_metadata
-from seoro.bridges.ros2.recording.reader import open_bag, repair_bag
+from seoro.bridges.ros2.recording.reader import Bag, open_bag, repair_bag
 from seoro.bridges.ros2.recording.writer import write_bag
 from tests.bridges.ros2.recording.bags import (
     CHATTER,
@@ -44,6 +44,24 @@ def talker(bag: Path, limit: int = 0, storage: str = "mcap") -> subprocess.Popen
     """Start a process that writes a bag endlessly."""
     command = [sys.executable, "-m", "tests.bridges.ros2.recording.talker", str(bag), str(limit), storage]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def kill_a_talker(bag: Path, file: Path, storage: str) -> None:
+    """Write a bag in a process until its file has some chunks, and kill the process."""
+    process = talker(bag, storage=storage)
+    assert process.stdout is not None
+    while process.stdout.readline() and file.stat().st_size < 5 * CHUNK:
+        pass
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+
+
+def check_numbers(bag: Bag, file: Path) -> int:
+    """Check that a bag has all messages of a killed process but the last ones, and return their number."""
+    numbers = [int(TYPES.decode(STRING, message.payload).data.split()[0]) for message in bag.messages()]
+    assert numbers == list(range(len(numbers)))
+    assert len(numbers) * SIZE > file.stat().st_size - 2 * CHUNK
+    return len(numbers)
 
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
@@ -178,39 +196,24 @@ async def test_messages_are_flushed_to_the_file_periodically(
 
 def test_a_killed_process_leaves_a_bag_with_all_complete_chunks(tmp_path: Path) -> None:
     bag, file = tmp_path / "bag", tmp_path / "bag" / "bag_0.mcap"
-    process = talker(bag)
-    assert process.stdout is not None
-    while process.stdout.readline() and file.stat().st_size < 5 * CHUNK:
-        pass
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
+    kill_a_talker(bag, file, "mcap")
     found = open_bag(bag)
     assert list(read_metadata(bag).topics()) == [CHATTER.name]  # type: ignore[union-attr]
-    numbers = [int(TYPES.decode(STRING, message.payload).data.split()[0]) for message in found.messages()]
     assert found.is_cut_off
-    assert numbers == list(range(len(numbers)))
-    assert len(numbers) * SIZE > file.stat().st_size - 2 * CHUNK
-    assert repair_bag(bag).extent.count == len(numbers)
+    count = check_numbers(found, file)
+    assert repair_bag(bag).extent.count == count
     with Reader(bag) as reader:
-        assert reader.message_count == sum(1 for _ in reader.messages()) == len(numbers)
+        assert reader.message_count == sum(1 for _ in reader.messages()) == count
         assert [each.digest for each in reader.connections] == [CHATTER.type_hash]
-    assert len(decoded(file)) == len(numbers)
+    assert len(decoded(file)) == count
 
 
 def test_a_killed_process_leaves_a_bag_of_sqlite_with_all_flushed_messages(tmp_path: Path) -> None:
     bag, file = tmp_path / "bag", tmp_path / "bag" / "bag_0.db3"
-    process = talker(bag, storage="sqlite3")
-    assert process.stdout is not None
-    while process.stdout.readline() and file.stat().st_size < 5 * CHUNK:
-        pass
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
-    found = repair_bag(bag)
-    numbers = [int(TYPES.decode(STRING, message.payload).data.split()[0]) for message in found.messages()]
-    assert numbers == list(range(len(numbers)))
-    assert len(numbers) * SIZE > file.stat().st_size - 2 * CHUNK
+    kill_a_talker(bag, file, "sqlite3")
+    count = check_numbers(repair_bag(bag), file)
     with Reader(bag) as reader:
-        assert reader.message_count == sum(1 for _ in reader.messages()) == len(numbers)
+        assert reader.message_count == sum(1 for _ in reader.messages()) == count
 
 
 @pytest.mark.parametrize(
