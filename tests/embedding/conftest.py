@@ -193,6 +193,14 @@ def holdings() -> Counter[str]:
     )
 
 
+async def left_of_simulations(held: Counter[str]) -> Counter[str]:
+    """Return new holdings; threads of Zenoh get time to close the files of ended sessions."""
+    deadline = asyncio.get_running_loop().time() + 10.0  # they take milliseconds; a busy machine may take long
+    while (left := holdings() - held) and asyncio.get_running_loop().time() < deadline:
+        await asyncio.sleep(0.01)
+    return left
+
+
 def _children() -> list[str]:
     found = []
     for file in Path("/proc/self/task").glob("*/children"):

@@ -16,7 +16,7 @@ from seoro.bridges import wire
 from seoro.bridges.session import open_session
 from seoro.bridges.sim.requests import NodeAddress, ask
 from seoro.errors import BackendRefused
-from tests.embedding.conftest import holdings
+from tests.embedding.conftest import holdings, left_of_simulations
 from tests.integration.conftest import StartSeoro, children, is_alive, marked, wait_until
 from tests.integration.test_embedding import folders
 
@@ -171,11 +171,7 @@ async def nothing_left(mark: str, endpoint: str | None) -> AsyncIterator[None]:
     """Expect that runs in the block leave nothing behind."""
     held, temporary = holdings(), folders()
     yield
-    for _ in range(20):  # threads of Zenoh close their files a moment after the session
-        if not holdings() - held:
-            break
-        await asyncio.sleep(0.1)
-    assert not holdings() - held
+    assert not await left_of_simulations(held)
     assert not folders() - temporary
     assert not marked(mark)
     if endpoint is not None:

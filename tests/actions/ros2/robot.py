@@ -109,6 +109,7 @@ class Robot:
         self.publish_text = publish_text
         self.speed = 0.5
         self.state = "unconfigured"
+        self.state_known = asyncio.Event()  # to checks of the life cycle
         self.transitions: Publication | None = None
 
     async def add(self, request: Message) -> Members:
@@ -139,10 +140,14 @@ class Robot:
         return {"values": [{"type": 3, "double_value": self.speed}]}
 
     async def get_state(self, request: Message) -> Members:
+        self.state_known.set()
         return {"current_state": {"id": STATES[self.state], "label": self.state}}
 
     async def change(self, request: Message) -> Members:
-        """A transition by the label of its goal."""
+        """A transition by the label of its goal; one with an `id` waits until the present state was asked for."""
+        if request.transition.id:
+            await self.state_known.wait()
+        self.state_known.clear()
         before, self.state = self.state, request.transition.label
         assert self.transitions is not None
         way = {"id": 10, "label": "on the way"}
