@@ -303,9 +303,9 @@ def processes_of(word: str) -> list[str]:
     return found
 
 
-def rows_so_far() -> int:
-    """Return the number of rows in all shards."""
-    return sum(path.read_bytes().count(b"\n") for path in Path("out/runs").glob("*.jsonl"))
+def rows_so_far(worker: str = "*") -> int:
+    """Return the number of rows in all shards, or in those of a worker."""
+    return sum(path.read_bytes().count(b"\n") for path in Path("out/runs").glob(f"{worker}.jsonl"))
 
 
 def simulators_of(process: int) -> list[int]:
