@@ -326,21 +326,19 @@ async def test_a_restarted_executor_continues_its_queue(tmp_path: Path) -> None:
                 with anyio.fail_after(DEADLINE):
                     while Path(f"/proc/{process}/exe").exists():  # its pipe closes, and it stops its run
                         await anyio.sleep(0.02)
-                tasks.start_soon(_come_back, tmp_path, run.id, waiting.id)
+                seen = anyio.Event()
+                tasks.start_soon(_come_back, tmp_path, seen)
                 with anyio.fail_after(DEADLINE):  # this client asks until there is an executor again
                     with pytest.raises(seoro.BackendError, match="lost"):
                         await run.result()
                     assert (await waiting.result()).passed
                 check_sequence(await all_records(run))
+                seen.set()
 
 
-async def _come_back(folder: Path, *runs: str) -> None:
-    with executor(folder) as lab:
-        async with seoro.Client(lab.endpoint) as client:
-            for name in runs:
-                async for _ in (await client.run(name)).parts():
-                    pass
-            await anyio.sleep(3.0)  # until the other client has looked
+async def _come_back(folder: Path, seen: anyio.Event) -> None:
+    with executor(folder):
+        await seen.wait()
 
 
 @pytest.mark.more

@@ -136,9 +136,11 @@ async def test_an_emergency_stop_ends_a_reset_at_once(
         with anyio.fail_after(DEADLINE):
             async with seoro.start(scenario, lab=lab) as started:
                 assert (await started.result()).passed
+                before = len(rails.commands())
 
                 async def stop() -> None:
-                    await asyncio.sleep(0.7)
+                    while not any(velocity for _, _, velocity in rails.commands()[before:]):
+                        await asyncio.sleep(0.02)
                     await LabCommands([rails.endpoint]).emergency_stop_all("ana@lab", "smoke")
 
                 stopping = asyncio.create_task(stop())

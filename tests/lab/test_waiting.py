@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-import anyio
 import pytest
 
 import seoro
@@ -33,6 +32,21 @@ async def verdict_of(scenario: seoro.Scenario, lab: seoro.Lab, leasing: seoro.Le
         return await run.result()
 
 
+class Waits:
+    """What a run reports while it waits for robots."""
+
+    def __init__(self) -> None:
+        self.begun = asyncio.Event()
+        self.messages: list[str] = []
+
+    def leasing(self, priority: int = 0) -> seoro.Leasing:
+        return seoro.Leasing(wait=60.0, priority=priority, on_wait=self._report)
+
+    def _report(self, message: str) -> None:
+        self.messages.append(message)
+        self.begun.set()
+
+
 async def test_a_run_without_waiting_fails_at_once(rails: Rails, scenario: seoro.Scenario, tmp_path: Path) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
     async with connect_robots(rails.endpoint, "the first run"):
@@ -44,19 +58,12 @@ async def test_a_waiting_run_reports_the_holder_and_starts_when_possible(
     rails: Rails, scenario: seoro.Scenario, tmp_path: Path
 ) -> None:
     lab = lab_of(tmp_path, floor(rails, "leader=line"))
-    messages: list[str] = []
-    async with anyio.create_task_group() as tasks:
-
-        async def hold() -> None:
-            async with connect_robots(rails.endpoint, "the first run"):
-                while not messages:
-                    await anyio.sleep(0.05)
-
-        tasks.start_soon(hold)
-        await anyio.sleep(0.3)
-        verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=20.0, on_wait=messages.append))
-    assert verdict.status is RunStatus.PASSED
-    (waiting,) = messages
+    waits = Waits()
+    async with connect_robots(rails.endpoint, "the first run"):
+        task = asyncio.create_task(verdict_of(scenario, lab, waits.leasing()))
+        await waits.begun.wait()
+    assert (await task).status is RunStatus.PASSED
+    (waiting,) = waits.messages
     assert "'rails': 'line' is held by the first run" in waiting
 
 
@@ -74,16 +81,17 @@ async def test_all_waiting_runs_start_in_the_order_of_priority(
     lab = lab_of(tmp_path, floor(first, "leader=line"))
     order: list[str] = []
 
-    async def one(name: str, priority: int) -> None:
-        verdict = await verdict_of(scenario, lab, seoro.Leasing(wait=60.0, priority=priority))
+    async def one(name: str, leasing: seoro.Leasing) -> None:
+        verdict = await verdict_of(scenario, lab, leasing)
         assert verdict.status is RunStatus.PASSED
         order.append(name)
 
     async with connect_robots(first.endpoint, "the first run"):
         waiting = []
         for name, priority in (("usual", 0), ("also usual", 0), ("urgent", 5)):
-            waiting.append(asyncio.create_task(one(name, priority)))
-            await anyio.sleep(0.5)
+            waits = Waits()
+            waiting.append(asyncio.create_task(one(name, waits.leasing(priority))))
+            await waits.begun.wait()
     await asyncio.gather(*waiting)
     assert order == ["urgent", "usual", "also usual"]
 
