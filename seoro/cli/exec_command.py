@@ -9,10 +9,12 @@ from typing import Any, Final
 from seoro.cli.arguments import add_option
 from seoro.cli.files import STDIN
 from seoro.cli.notifying import add_notify_argument, failure_of, notifying, use_notify
+from seoro.cli.parent import add_parent_argument, use_parent
 from seoro.cli.remote_arguments import add_on_arguments, check_on, use_project
 from seoro.cli.results import ResultFiles, add_result_arguments
 from seoro.cli.run_arguments import add_lease_arguments, add_run_arguments
 from seoro.cli.video_arguments import add_video_arguments
+from seoro.errors import UsageError
 from seoro.lang.projects import settings_around
 
 EXAMPLES = """examples:
@@ -40,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_local_arguments(parser)
     add_notify_argument(parser)
     add_on_arguments(parser)
+    add_parent_argument(parser, "runs")
 
 
 def add_local_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,6 +58,9 @@ def add_local_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; local and remote runs import different modules."""
+    if options.die_with_parent and options.file == STDIN:
+        raise UsageError("`--die-with-parent` needs stdin, which has the scenario", help="name a file")
+    use_parent(options)
     use_project(options)
     check_on(options)
     use_notify(options, {} if options.file == STDIN else settings_around(Path(options.file)))

@@ -16,7 +16,8 @@ from seoro.cli.arguments import add_keys_argument, add_option, number
 from seoro.cli.event_loop import fast_loop
 from seoro.cli.exit_status import Exit
 from seoro.cli.files import state_folder
-from seoro.cli.serving import check_name, endpoint_errors, place_of, stdin_closed
+from seoro.cli.parent import add_parent_argument, use_parent
+from seoro.cli.serving import check_name, endpoint_errors, place_of
 from seoro.cli.signals import termination_signals
 from seoro.concurrency.background import background
 from seoro.errors import UsageError
@@ -65,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "send the end of each run to this URL as JSON; SEORO_NOTIFY_SECRET signs",
         repeatable=True,
     )
-    add_option(parser, "--die-with-parent", "end when stdin closes, for programs that start an executor")
+    add_parent_argument(parser, "executors")
     add_keys_argument(parser)
 
 
@@ -90,16 +91,12 @@ def run(options: argparse.Namespace) -> int:
         notify=tuple(map(read_address, options.notify)),
     )
     log_to_stderr("%(message)s")
+    use_parent(options)
     with endpoint_errors():
-        return anyio.run(
-            _serve,
-            settings,
-            options.die_with_parent,
-            backend_options={"loop_factory": fast_loop()},
-        )
+        return anyio.run(_serve, settings, backend_options={"loop_factory": fast_loop()})
 
 
-async def _serve(settings: ExecutorOptions, dies_with_parent: bool) -> int:
+async def _serve(settings: ExecutorOptions) -> int:
     from seoro.executor.service import open_executor  # noqa: PLC0415 - as above
 
     with ExitStack() as links, anyio.open_signal_receiver(*termination_signals()) as signals:
@@ -113,8 +110,6 @@ async def _serve(settings: ExecutorOptions, dies_with_parent: bool) -> int:
                 print(f"{started.lost} runs were active when the executor died, and are lost", flush=True)
             async with background() as tasks:
                 tasks.start_soon(_cancel_on, started.name_lost.wait, tasks)
-                if dies_with_parent:
-                    tasks.start_soon(_cancel_on, stdin_closed, tasks)
                 async for _ in signals:
                     break
             print("stopping active runs and cleaning up", flush=True)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -41,14 +39,6 @@ def endpoint_errors(options: str = "`--listen` or `--connect`") -> Iterator[None
         if not isinstance(cause, SessionError):
             raise
         raise UsageError(str(cause), help=f"choose another endpoint with {options}") from error
-
-
-async def stdin_closed() -> None:
-    """Wait for the end of stdin."""
-    while True:
-        await anyio.wait_readable(sys.stdin.fileno())
-        if not os.read(sys.stdin.fileno(), 1024):
-            return
 
 
 async def wait_for_signal() -> None:

@@ -124,7 +124,7 @@ class Runner:
         }
         named = [f"--{name}={text}" for name, text in texts.items() if text]
         values = [f"--set={parameter}={value}" for parameter, value in given.parameters.items()]
-        return [sys.executable, "-m", "seoro", "exec", str(path), "--local", *named, *values]
+        return [sys.executable, "-m", "seoro", "exec", str(path), "--local", "--die-with-parent", *named, *values]
 
     def _new_folder(self, stem: str) -> Path:
         """Create a folder for the results."""
@@ -144,7 +144,7 @@ class Runner:
 async def _running(command: list[str], folder: Path, output: IO[bytes]) -> AsyncIterator[Process]:
     """Run a process in its own session; it has ended after the block."""
     process = await anyio.open_process(
-        command, stdin=subprocess.DEVNULL, stdout=output, stderr=output, cwd=folder, start_new_session=True
+        command, stdin=subprocess.PIPE, stdout=output, stderr=output, cwd=folder, start_new_session=True
     )
     try:
         yield process

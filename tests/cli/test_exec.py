@@ -255,6 +255,11 @@ def test_a_scenario_is_read_from_stdin(
     assert "more than 4 MiB" in run(b"#" * 5_000_000)[2]
 
 
+def test_stdin_has_either_a_scenario_or_the_parent(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exec", "-", "--die-with-parent"]) == 2
+    assert "`--die-with-parent` needs stdin, which has the scenario" in capsys.readouterr().err
+
+
 def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     text = "import osc.types\nscenario main:\n    do wait elapsed(1h)\n"
     assert main(["exec", write(text), "--timeout", "0.05"]) == 3

@@ -33,7 +33,7 @@ async def verdict_of(scenario: seoro.Scenario, lab: seoro.Lab, leasing: seoro.Le
 
 
 class Waits:
-    """What a run reports while it waits for robots."""
+    """Reports of a run that waits for robots."""
 
     def __init__(self) -> None:
         self.begun = asyncio.Event()

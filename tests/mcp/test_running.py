@@ -12,6 +12,7 @@ from typing import Any
 import anyio
 import pytest
 
+from tests.integration.conftest import wait_until
 from tests.mcp.agents import PATIENCE, Agent, connected
 
 TALKING = """import osc.helpers
@@ -100,7 +101,7 @@ async def test_runs_end_with_the_client(tmp_path: Path) -> None:
             await anyio.lowlevel.checkpoint()
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 def test_a_signal_ends_the_server_and_its_run(tmp_path: Path, number: signal.Signals) -> None:
     folder = _project(tmp_path)
     command = [sys.executable, "-m", "seoro", "mcp", "--allow-run", str(folder)]
@@ -117,9 +118,12 @@ def test_a_signal_ends_the_server_and_its_run(tmp_path: Path, number: signal.Sig
         _send(process, id=3, method="tools/call", params={"name": "list_runs", "arguments": {}})
         process.stdout.readline()
     process.send_signal(number)
-    assert process.wait(PATIENCE) == 128 + number
+    is_killed = number is signal.SIGKILL
+    assert process.wait(PATIENCE) == (-number if is_killed else 128 + number)
     process.stdin.close()
     process.stdout.close()
+    if is_killed:  # the run ends by itself
+        assert wait_until(lambda: _last(folder)["kind"] == "run.end", PATIENCE)
     assert _last(folder)["status"] == "cancelled"
 
 
