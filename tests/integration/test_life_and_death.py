@@ -53,13 +53,13 @@ def test_ctrl_c_cancels_cleans_up_and_leaves_no_node(start_seoro: StartSeoro, tm
 @pytest.mark.more
 def test_ctrl_c_during_the_start_of_the_simulator_ends_the_run(start_seoro: StartSeoro) -> None:
     process = start_seoro("exec", OBSTACLE, "--sim", "mujoco")
-    assert wait_until(lambda: Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(), 30.0)
+    wait_until(lambda: Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(), 30.0)
     node = int(Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()[0])
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert "Traceback" not in err
-    assert wait_until(lambda: not is_alive(node), 3)
+    wait_until(lambda: not is_alive(node), 3)
 
 
 def test_a_killed_run_takes_its_simulator_with_it(start_seoro: StartSeoro) -> None:
@@ -69,7 +69,7 @@ def test_a_killed_run_takes_its_simulator_with_it(start_seoro: StartSeoro) -> No
     folder = Path(arguments[arguments.index("--folder") + 1])
     assert folder.is_dir()
     process.kill()
-    assert wait_until(lambda: not is_alive(node), 30.0)
+    wait_until(lambda: not is_alive(node), 30.0)
     assert not folder.exists()
 
 

