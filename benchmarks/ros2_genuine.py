@@ -33,6 +33,7 @@ import uvloop
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import Qos
+from seoro.runtime.kernel.alarm import alarm
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -163,6 +164,13 @@ def compared(peer: Sequence[float | None], own: Sequence[float | None]) -> str:
     return f"{shown[0]:24} {shown[1]:24} {medians[1] / medians[0]:.2f}, {tails[1] / tails[0]:.2f}"
 
 
+async def due(at: float) -> None:
+    """Wait until a time of `time.monotonic` [s], as exactly as timers of rclpy; sleeps of loops are less exact."""
+    rung = asyncio.Event()
+    with alarm(at, rung.set):
+        await rung.wait()
+
+
 async def ping(router: str, kind: str, size: int, rate: float, count: int) -> None:
     """Publish on /ping_KIND, and print the times until the echoes [ns]."""
     type_name = f"{'std_msgs' if kind == 'Header' else 'sensor_msgs'}/msg/{kind}"
@@ -186,7 +194,7 @@ async def ping(router: str, kind: str, size: int, rate: float, count: int) -> No
         await asyncio.sleep(1.0)
         start, text, data = time.monotonic(), "x" * size, bytes(size)
         for number in range(count):
-            await asyncio.sleep(start + number / rate - time.monotonic())
+            await due(start + number / rate)
             sent[number] = time.perf_counter_ns()
             if kind == "Header":
                 publication.publish({"stamp": {"sec": number}, "frame_id": text})

@@ -53,16 +53,24 @@ class Work:
         self._doubtful: Counter[str] = Counter()  # cancelled goals that may continue, by robot
 
     def start(
-        self, identifier: str, work: Callable[[], Awaitable[str]], *, robot: str | None = None, part: str = ""
+        self,
+        identifier: str,
+        work: Callable[[], Awaitable[str]],
+        *,
+        robot: str | None = None,
+        part: str = "",
+        begin: Callable[[], None] = lambda: None,
     ) -> None:
         """Start a goal of a robot, or a watch.
 
         Args:
-            identifier: Id of the goal or watch. work: Succeeds when it returns, with a message for people. It
-            aborts by `GoalAborted`, and is interrupted
-                by `GoalInterrupted`, any other exception, and `interrupt`. It cleans up when it is cancelled.
+            identifier: Id of the goal or watch.
+            work: Succeeds when it returns, with a message for people. It aborts by `GoalAborted`, and is
+                interrupted by `GoalInterrupted`, any other exception, and `interrupt`. It cleans up when it is
+                cancelled.
             robot: Robot of the goal; None for a watch.
             part: Part of the robot with one goal at a time, such as its gripper.
+            begin: Called first, if the goal is accepted: the task of `work` begins later.
 
         Raises:
             RequestRefused: The id is in use, or the robot has a goal.
@@ -74,6 +82,7 @@ class Work:
             self.check_free(robot, part)
         if len(self._items) >= MOST:
             raise RequestRefused(Result.OPERATION_FAILED, f"too many goals and watches; expected at most {MOST}")
+        begin()
         item = self._items[identifier] = _Item(robot, part)
         self._tasks.start_soon(self._run, identifier, item, work)
 

@@ -123,9 +123,8 @@ class DrivingBase:
                 self._velocity.stop()
             return ""
 
-        self._link.work.start(request.id, drive, robot=self._link.name)
-        # Before the reply; the task begins after it.
-        self._velocity.command(request.linear, request.angular, request.duration)
+        command = partial(self._velocity.command, request.linear, request.angular, request.duration)
+        self._link.work.start(request.id, drive, robot=self._link.name, begin=command)
 
     async def _cmd_vel(self, request: wire.CmdVel) -> None:
         linear, angular = request.twist.linear, request.twist.angular

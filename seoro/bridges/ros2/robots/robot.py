@@ -19,6 +19,7 @@ from seoro.bridges.ros2.wire import Durability, Qos
 from seoro.bridges.serving.robot import Carry, Handlers
 
 BASE = "base_link"
+UNINFORMED = frozenset({wire.DRIVE, wire.CMD_VEL})  # reading messages would delay velocities, which need none
 DYNAMIC = Qos(depth=100)
 STATIC = Qos(durability=Durability.TRANSIENT_LOCAL, depth=100)
 
@@ -48,11 +49,11 @@ class RosRobot:
 
     @property
     def handlers(self) -> Handlers:
-        """Handlers of the served verbs, which see all messages that have arrived before the request."""
+        """Handlers of the served verbs; all but `UNINFORMED` see each message that arrived before the request."""
         parts = [part.handlers for part in (self._base, self._arm, self._sensing) if part is not None]
         own: Handlers = {wire.GET_ROBOT_DESCRIPTION: self._describe, wire.CHECK_ROBOT: self._check}
         served = {**own, **{verb: carry for handlers in parts for verb, carry in handlers.items()}}
-        return {verb: self._informed(carry) for verb, carry in served.items()}
+        return {verb: carry if verb in UNINFORMED else self._informed(carry) for verb, carry in served.items()}
 
     def _informed(self, carry: Carry) -> Carry:
         def read_and_carry(request: Any) -> Awaitable[wire.Message | None]:

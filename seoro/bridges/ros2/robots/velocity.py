@@ -64,13 +64,20 @@ class Velocity:
                 f"{linear:g} m/s and {angular:g} rad/s are beyond the limits of the robot's profile, "
                 f"{limits.linear:g} m/s and {limits.angular:g} rad/s",
             )
-        publisher, graph = self._publisher, self._graph
+        if self._has_subscription:
+            return
+        publisher = self._publisher
         with anyio.move_on_after(DISCOVERY_TIMEOUT):
-            await graph.wait_for(self._accepted_type)
+            await self._graph.wait_for(self._accepted_type)
             await publisher.wait()
-        if publisher.publication is None or self._accepted_type(graph) is None:
+        if not self._has_subscription:
             silent = f"no subscription to {publisher.topic} on the robot: its base is not running"
             raise RequestRefused(Result.INCORRECT_STATE, publisher.problem or silent)
+
+    @property
+    def _has_subscription(self) -> bool:
+        """Whether commands reach a subscription."""
+        return self._publisher.publication is not None and self._accepted_type(self._graph) is not None
 
     @property
     def _moves(self) -> bool:

@@ -4,19 +4,29 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, nullcontext
 from functools import partial
+from pathlib import Path
 
 import anyio
 import pytest
 
+from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.interfaces import TypeStore
+from seoro.bridges.ros2.participant import RosOptions
 from seoro.bridges.ros2.robots import intake as module
+from seoro.bridges.ros2.robots.guard_state import GuardState
 from seoro.bridges.ros2.robots.intake import Intake
+from seoro.bridges.ros2.robots.profile import BridgedRobot, read_profile
+from seoro.bridges.ros2.robots.running import BridgeOptions, bridging
+from seoro.bridges.ros2.robots.velocity import Velocity
 from seoro.bridges.ros2.topics import ReceivedPayload, Subscription
 from seoro.bridges.ros2.wire import RmwZenoh
 from seoro.bridges.session import Bound, Sample
 from seoro.concurrency.background import background
+from tests.bridges.robot.test_connecting import Ends
+from tests.bridges.ros2.robots.test_ending import Commands
+from tests.bridges.ros2.systems import two_nodes
 
 pytestmark = pytest.mark.anyio
 
@@ -96,3 +106,38 @@ async def test_a_waiting_task_sees_messages_as_they_arrive(types: TypeStore) -> 
                     await anyio.wait_all_tasks_blocked()
                     await anyio.to_thread.run_sync(stage.arrive, 1, payload)
         assert stage.taken == [("/a", b"before"), ("/b", b"1"), ("/b", b"2")]
+
+
+@pytest.mark.usefixtures("_seldom")
+async def test_velocities_do_not_wait_for_the_reading_of_messages(
+    router: str, types: TypeStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+    read, command = Intake.read, Velocity.command
+
+    def noted_read(intake: Intake) -> None:
+        done.append("read")
+        read(intake)
+
+    def noted_command(velocity: Velocity, linear: float, angular: float, duration: float) -> None:
+        done.append(f"command {linear}")
+        command(velocity, linear, angular, duration)
+
+    monkeypatch.setattr(Intake, "read", noted_read)
+    monkeypatch.setattr(Velocity, "command", noted_command)
+    monkeypatch.setattr("seoro.bridges.ros2.robots.running.guarded", lambda _: nullcontext(GuardState()))
+    endpoint, commands = f"unixsock-stream/{tmp_path}/bridge", Commands()
+    robot = BridgedRobot("tb", read_profile("turtlebot4"), "/tb")
+    async with two_nodes(router, types) as (base, _), anyio.create_task_group() as tasks:
+        await tasks.start(commands.take, base)
+        async with (
+            bridging(BridgeOptions([robot], RosOptions(router), listen=endpoint)),
+            connect_robots(endpoint, "a test") as node,
+        ):
+            end = Ends()
+            await node.drive("tb", 0.1, 0.0, 0.01, end)  # the bridge knows the subscription by then
+            await end.wait()
+            done.clear()
+            await node.drive("tb", 0.2, 0.0, 60.0, Ends())
+            assert done == ["command 0.2"]
+        tasks.cancel_scope.cancel()
