@@ -30,6 +30,7 @@ def use_parent(options: argparse.Namespace) -> None:
 
 def _terminate_at_the_end_of_stdin() -> None:
     with suppress(OSError):
-        while os.read(sys.stdin.fileno(), 1024):
+        while sys.stdin is not None and os.read(sys.stdin.fileno(), 1024):
             continue
+        print("stdin has closed, which ends this command: --die-with-parent", file=sys.stderr, flush=True)
     os.kill(os.getpid(), signal.SIGTERM)
