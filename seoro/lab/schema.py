@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
+
+from seoro.files.key_rules import Beside, Count, KeyRules, Ruled
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
 NodeName = Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 
 
-class _Part(BaseModel):
+class _Part(Ruled):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -31,13 +33,14 @@ class SimulatorFile(_Part):
     name: NodeName | None = None
     world: Text | None = None
 
-    @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
-        if (self.simulator is None) == (self.connect is None):
-            raise ValueError("expected either `simulator` (started for the run) or `connect` (an endpoint)")
-        if self.name is not None and self.connect is None:
-            raise ValueError("`name` selects a simulator to `connect` to: remove it")
-        return self
+    key_rules: ClassVar[KeyRules] = (
+        Count(
+            ("simulator", "connect"),
+            (1,),
+            "expected either `simulator` (started for the run) or `connect` (an endpoint)",
+        ),
+        Beside(("name",), "connect", True, "`name` selects a simulator to `connect` to: remove it"),
+    )
 
 
 class BridgeFile(_Part):
@@ -124,13 +127,13 @@ class AfterFile(_Part):
     scenario: Text | None = None
     within: Annotated[float, Field(gt=0.0, le=3600.0)] = 120.0
 
-    @model_validator(mode="after")
-    def _one_of_three(self) -> Self:
-        if [self.home, self.place, self.scenario].count(None) != 2:
-            raise ValueError(
-                "expected one of `home` (a pose to drive to), `place` (a pose to move it to) and `scenario`"
-            )
-        return self
+    key_rules: ClassVar[KeyRules] = (
+        Count(
+            ("home", "place", "scenario"),
+            (1,),
+            "expected one of `home` (a pose to drive to), `place` (a pose to move it to) and `scenario`",
+        ),
+    )
 
 
 class RobotFile(_Part):
@@ -163,19 +166,26 @@ class RobotFile(_Part):
     before: BeforeFile = BeforeFile()
     after: AfterFile | None = None
 
-    @model_validator(mode="after")
-    def _one_origin(self) -> Self:
-        if (self.where is None) == (self.kind is None):
-            raise ValueError("expected either `in` (a simulator or bridge) or `kind: bag` (a recorded robot)")
-        if (self.kind is None) != (self.bag is None):
-            raise ValueError("a recorded robot needs both `kind: bag` and `bag`, the path of its bag")
-        given = self.model_fields_set
-        if self.kind is None and (unused := sorted(given & {"namespace", "profile"})):
-            raise ValueError(f"{', '.join(unused)}: only for a recorded robot: remove it, or add `kind: bag`")
-        if self.kind is not None and (unused := sorted(given & {"name_there", "limits", "before", "after"})):
-            names = ", ".join("as" if name == "name_there" else name for name in unused)
-            raise ValueError(f"a recorded robot obeys no commands: remove {names}")
-        return self
+    key_rules: ClassVar[KeyRules] = (
+        Count(
+            ("in", "kind"),
+            (1,),
+            "expected either `in` (a simulator or bridge) or `kind: bag` (a recorded robot)",
+        ),
+        Count(("kind", "bag"), (0, 2), "a recorded robot needs both `kind: bag` and `bag`, the path of its bag"),
+        Beside(
+            ("namespace", "profile"),
+            "kind",
+            True,
+            "{found}: only for a recorded robot: remove it, or add `kind: bag`",
+        ),
+        Beside(
+            ("after", "before", "limits", "as"),
+            "kind",
+            False,
+            "a recorded robot obeys no commands: remove {found}",
+        ),
+    )
 
 
 class LabFile(_Part):

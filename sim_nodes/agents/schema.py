@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from seoro.files.key_rules import Count, KeyRules, Ruled
 from sim_nodes.files import Declared
 from sim_nodes.worlds.fields import Coordinate, Edge, Name, Point, Share, Tags
 
@@ -37,8 +38,10 @@ class PathFile(Declared):
     repeat: bool = False
 
 
-class TraitsFile(Declared):
+class TraitsFile(Declared, Ruled):
     """Traits and motion of a person. A range is drawn from by the seed."""
+
+    key_rules: ClassVar[KeyRules] = (Count(("walk", "wander"), (0, 1), "expected either `walk` or `wander`"),)
 
     speed: Speed | tuple[Speed, Speed] = 1.3  # [m/s]
     radius: Radius | tuple[Radius, Radius] = 0.25  # [m]
@@ -51,8 +54,6 @@ class TraitsFile(Declared):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.walk is not None and self.wander is not None:
-            raise ValueError("expected either `walk` or `wander`")
         for name, value in (("speed", self.speed), ("radius", self.radius)):
             if isinstance(value, tuple) and value[0] > value[1]:
                 raise ValueError(f"invalid range of `{name}`; expected the lower value first")

@@ -17,6 +17,8 @@ extent: [-5, -5, 5, 5]
 wall_hight: 1
 robots:
   - {name: one, robot: turtlebot4, pose: {x: 500}}
+people:
+  - {name: ana, wander: [0, 0, 1, 1], walk: {points: [[1, 1]]}}
 """
 
 
@@ -41,4 +43,5 @@ async def test_the_server_finds_mistakes_and_explains_keys(tmp_path: Path) -> No
     lines = {each["range"]["start"]["line"]: each["message"] for each in found}
     assert "wall_hight" in lines[3]
     assert "100" in lines[5]
+    assert lines[7] == "expected either `walk` or `wander`"
     assert "A robot" in hover["contents"]["value"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,6 +22,7 @@ from sim_nodes.worlds.schema import WorldFile
 from tests.tools.code_blocks import blocks_in
 from tests.tools.json_schemas import text_of
 
+Content = dict[str, Any]
 ROOT: Final = Path(__file__).parents[2]
 FILES: Final = {
     "campaign": ("scenarios/experiments/*.yaml",),
@@ -44,6 +45,56 @@ FILES: Final = {
 MODELS: Final[dict[str, type[BaseModel]]] = {
     "campaign": CampaignKeys, "lab": LabFile, "policy": Policy, "profile": Profile, "world": WorldFile,
 }  # fmt: skip
+HALL: Final = {"name": "hall", "extent": [0, 0, 5, 5]}
+BASE: Final = {"limits": {"linear": 0.5, "angular": 1.0}}
+HOME: Final = {"home": {"x": 0, "y": 0}}
+BAG: Final = {"kind": "bag", "bag": "field"}
+RULED: Final[Sequence[tuple[str, Content, Sequence[Content]]]] = (  # kind, valid file, invalid files
+    (
+        "lab",
+        {"simulators": {"hall": {"simulator": "mujoco"}}, "robots": {"one": {"in": "hall"}}},
+        [
+            {"simulators": {"hall": {}}},
+            {"simulators": {"hall": {"simulator": "mujoco", "name": "hall"}}},
+            {"simulators": {"hall": {"simulator": "mujoco", "connect": "tcp/127.0.0.1:7450"}}},
+            {"robots": {"one": {}}},
+            {"robots": {"one": {"in": "hall", "namespace": "/one"}}},
+        ],
+    ),
+    (
+        "lab",
+        {"robots": {"one": BAG}},
+        [
+            {"robots": {"one": {"kind": "bag"}}},
+            {"robots": {"one": {"bag": "field"}}},
+            {"robots": {"one": {**BAG, "in": "hall"}}},
+            {"robots": {"one": {**BAG, "limits": {}}}},
+        ],
+    ),
+    (
+        "lab",
+        {"simulators": {"hall": {"simulator": "mujoco"}}, "robots": {"one": {"in": "hall", "after": HOME}}},
+        [
+            {"robots": {"one": {"in": "hall", "after": {**HOME, "scenario": "back.osc"}}}},
+            {"robots": {"one": {"in": "hall", "after": {"within": 3}}}},
+        ],
+    ),
+    (
+        "profile",
+        {"model": "a", "kinds": ["robot"], "base": BASE},
+        [{"base": None}, {"sensors": {"sight": {"cups": {"topic": "a", "width": 640}}}}],
+    ),
+    (
+        "world",
+        {"name": "a", "generate": {"maze": {}}},
+        [{"generate": {}}, {"generate": {"maze": {}, "rooms": {}}}],
+    ),
+    (
+        "world",
+        {**HALL, "people": [{"name": "a", "wander": [0, 0, 1, 1]}]},
+        [{"people": [{"name": "a", "wander": [0, 0, 1, 1], "walk": {"points": [[1, 1]]}}]}],
+    ),
+)
 POLICY: Final = {"everybody": {"commands": 10.0}, "roles": {"viewer": {"allow": ["files"]}}}
 WRONG: Final = {
     "campaign": ({}, {"scenario": 3}, {"scenario": "a.osc", "simulator": {"nome": "mujoco"}}),
@@ -100,6 +151,23 @@ def test_what_models_refuse_is_refused(name: str, content: dict[str, Any]) -> No
     with pytest.raises(ValidationError):
         MODELS[name].model_validate(content)
     assert problems(name, content)
+
+
+@pytest.mark.parametrize(("name", "valid", "invalid"), RULED)
+def test_rules_on_keys_hold_in_models_and_schemas(name: str, valid: Content, invalid: Sequence[Content]) -> None:
+    MODELS[name].model_validate(valid)
+    assert problems(name, valid) == []
+    for change in invalid:
+        with pytest.raises(ValidationError, match="Value error"):
+            MODELS[name].model_validate({**valid, **change})
+        assert problems(name, {**valid, **change}), change
+
+
+def test_keys_without_a_value_count_as_missing() -> None:
+    simulator = {"simulator": "mujoco", "connect": None}
+    lab = {"simulators": {"hall": simulator}, "robots": {"one": {"in": "hall", "kind": None, "bag": None}}}
+    LabFile.model_validate(lab)
+    assert problems("lab", lab) == []
 
 
 @pytest.mark.parametrize(("page", "name"), [("lab", "lab"), ("worlds", "world"), ("campaign_files", "campaign")])

@@ -1,6 +1,6 @@
 """Writes the JSON Schemas of files from their models: `python -m tests.tools.json_schemas`.
 
-They have draft 7, which editors know best. Rules between several keys are not in them.
+They have draft 7, which editors know best. Rules between the values of several keys are not in them.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from seoro.cli.main import command_parser
 from seoro.executor.limits import Policy
 from seoro.files import schemas
 from seoro.files.field_meanings import field_meanings
+from seoro.files.key_rules import Ruled
 from seoro.lab.schema import LabFile
 from seoro.security.keys.roles import PEOPLE
 from sim_nodes.robots.declaration import RobotDeclaration
@@ -52,6 +53,8 @@ class _Generator(GenerateJsonSchema):
         found, model = super().model_schema(schema), schema["cls"]
         found.pop("title", None)
         found["description"] = (inspect.getdoc(model) or "").partition("\n\n")[0].replace("\n", " ")
+        if issubclass(model, Ruled) and model.key_rules:
+            found["allOf"] = [rule.schema for rule in model.key_rules]
         meanings = field_meanings(model)
         for name, field in model.model_fields.items():
             part = found["properties"][field.alias or name]

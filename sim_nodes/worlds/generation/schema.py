@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from seoro.files.key_rules import Count, KeyRules, Ruled
 from sim_nodes.files import Declared
 
 KINDS = ("rooms", "maze", "obstacles")
@@ -80,7 +81,7 @@ class ClutterFile(Declared):
         return self
 
 
-class GenerateFile(Declared):
+class GenerateFile(Declared, Ruled):
     """A generated world of one kind. The same parameters and seed give the same world.
 
     A circle with the radius `clearance` can move between all named poses.
@@ -93,9 +94,4 @@ class GenerateFile(Declared):
     clearance: Annotated[float, Field(ge=0.05, le=2.0)] = 0.3  # [m]
     seed: Annotated[int, Field(ge=0, lt=SEEDS)] | None = None  # None for that of the run
 
-    @model_validator(mode="after")
-    def _one_kind(self) -> Self:
-        found = [kind for kind in KINDS if getattr(self, kind) is not None]
-        if len(found) != 1:
-            raise ValueError(f"expected one of {', '.join(KINDS)}, found {' and '.join(found) or 'none'}")
-        return self
+    key_rules: ClassVar[KeyRules] = (Count(KINDS, (1,), f"expected one of {', '.join(KINDS)}, found {{found}}"),)

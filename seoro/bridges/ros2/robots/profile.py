@@ -9,12 +9,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from seoro.bridges.ros2.wire.names import InvalidName, resolve
 from seoro.errors import UsageError
+from seoro.files.key_rules import Count, KeyRules, Ruled
 from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml, validate
 
 
@@ -41,7 +42,7 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0.0)]
 
 
-class _Part(BaseModel):
+class _Part(Ruled):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -160,11 +161,9 @@ class Detector(_Part):
     height: Annotated[int, Field(strict=True, gt=0)] | None = None
     lowest_score: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.5
 
-    @model_validator(mode="after")
-    def _check_size(self) -> Self:
-        if (self.width is None) != (self.height is None):
-            raise ValueError("expected both `width` and `height`, or none of them")
-        return self
+    key_rules: ClassVar[KeyRules] = (
+        Count(("width", "height"), (0, 2), "expected both `width` and `height`, or none of them"),
+    )
 
     @property
     def area(self) -> int | None:
@@ -207,11 +206,7 @@ class Profile(_Part):
     arm: Arm | None = None
     sensors: Sensors = Sensors()
 
-    @model_validator(mode="after")
-    def _check_parts(self) -> Self:
-        if self.base is None and self.arm is None:
-            raise ValueError("expected a base, an arm, or both")
-        return self
+    key_rules: ClassVar[KeyRules] = (Count(("base", "arm"), (1, 2), "expected a base, an arm, or both"),)
 
     @property
     def commands(self) -> tuple[str, ...]:
