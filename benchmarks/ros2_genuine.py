@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import ctypes
 import json
 import os
 import signal
@@ -24,7 +25,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -33,7 +34,6 @@ import uvloop
 from seoro.bridges.robot.connecting import connect_robots
 from seoro.bridges.ros2.participant import connect
 from seoro.bridges.ros2.wire import Qos
-from seoro.runtime.kernel.alarm import alarm
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -60,6 +60,7 @@ DRIVE_TIME = 0.1  # [s]
 LOAD_TIME = 20.0  # [s]
 PATIENCE = 60.0  # [s]
 SPEED = 0.2  # [m/s]
+LIBC = ctypes.CDLL(None)
 
 Environment = dict[str, str]
 
@@ -164,11 +165,27 @@ def compared(peer: Sequence[float | None], own: Sequence[float | None]) -> str:
     return f"{shown[0]:24} {shown[1]:24} {medians[1] / medians[0]:.2f}, {tails[1] / tails[0]:.2f}"
 
 
-async def due(at: float) -> None:
-    """Wait until a time of `time.monotonic` [s], as exactly as timers of rclpy; sleeps of loops are less exact."""
-    rung = asyncio.Event()
-    with alarm(at, rung.set):
-        await rung.wait()
+@contextmanager
+def ticking(rate: float, tick: Callable[[], None]) -> Iterator[None]:
+    """Call a function at a rate [Hz] in the event loop during the block, as exactly as timers of rclpy.
+
+    Event loops round sleeps to milliseconds, so two messages of a thousand per second may come at once.
+    """
+    timer = LIBC.timerfd_create(time.CLOCK_MONOTONIC, os.O_NONBLOCK)
+    times = divmod(round(1e9 / rate), 1_000_000_000)  # seconds and nanoseconds
+    LIBC.timerfd_settime(timer, 0, (ctypes.c_int64 * 4)(*times, *times), None)
+    loop = asyncio.get_running_loop()
+
+    def ring() -> None:
+        os.read(timer, 8)  # the number of expirations: late ones are left out, as by rclpy
+        tick()
+
+    loop.add_reader(timer, ring)
+    try:
+        yield
+    finally:
+        loop.remove_reader(timer)
+        os.close(timer)
 
 
 async def ping(router: str, kind: str, size: int, rate: float, count: int) -> None:
@@ -192,14 +209,21 @@ async def ping(router: str, kind: str, size: int, rate: float, count: int) -> No
         print("ready", flush=True)
         receiving = asyncio.ensure_future(receive())
         await asyncio.sleep(1.0)
-        start, text, data = time.monotonic(), "x" * size, bytes(size)
-        for number in range(count):
-            await due(start + number / rate)
+        text, data, over = "x" * size, bytes(size), asyncio.Event()
+
+        def send() -> None:
+            number = len(sent)
+            if number == count:
+                over.set()
+                return
             sent[number] = time.perf_counter_ns()
             if kind == "Header":
                 publication.publish({"stamp": {"sec": number}, "frame_id": text})
             else:
                 publication.publish({"height": number, "data": data})
+
+        with ticking(rate, send):
+            await over.wait()
         await asyncio.wait([receiving], timeout=2.0)
         receiving.cancel()
     print(json.dumps([taken[each] - at if each in taken else None for each, at in sent.items()]), flush=True)
