@@ -2,6 +2,7 @@
 
 import re
 import signal
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from seoro.embed import prepare
 from seoro.embed.runs import Run
 from seoro.runtime.verdict import RunStatus, Verdict
 from tests.actions.ros2.conftest import options, ran_of, running, starting_robot
-from tests.routers import as_if_elsewhere, free_endpoint
+from tests.routers import as_if_elsewhere, free_endpoint, router_process
 from tests.runtime.conftest import load_text
 
 
@@ -42,6 +43,18 @@ async def verdict_after_a_restart(folder: Path, text: str, router: str, endpoint
                 verdict = await run.result()
     hub.close()
     return verdict
+
+
+async def verdict_after_a_kill(folder: Path, text: str, endpoint: str) -> Verdict:
+    """Run a scenario, and kill and start the router after the first that the run logs."""
+    with ExitStack() as routers:
+        router = routers.enter_context(router_process(endpoint))
+        async with running(folder, endpoint, text) as run:
+            await logged(run)
+            router.kill()
+            await anyio.to_thread.run_sync(routers.enter_context, router_process(endpoint))
+            with anyio.fail_after(30.0):
+                return await run.result()
 
 
 async def logged(run: Run) -> None:
@@ -122,12 +135,12 @@ scenario main:
         log("there")
         {wait}
 """
-    hub = Session(listen=endpoint, gossip=True)
-    async with running(tmp_path, endpoint, text) as run:
-        await logged(run)
-        await anyio.to_thread.run_sync(hub.close)
-        with anyio.fail_after(30.0):
-            verdict = await run.result()
+    with router_process(endpoint) as router:
+        async with running(tmp_path, endpoint, text) as run:
+            await logged(run)
+            router.kill()
+            with anyio.fail_after(30.0):
+                verdict = await run.result()
     assert verdict.status is RunStatus.ERROR, verdict.reason
     assert "the connection to the ROS 2 system is lost" in verdict.reason
 
@@ -153,14 +166,7 @@ scenario main:
         log("there")
         {wait}
 """
-    hub = Session(listen=endpoint, gossip=True)
-    async with running(tmp_path, endpoint, text) as run:
-        await logged(run)
-        await anyio.to_thread.run_sync(hub.close)
-        hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint, gossip=True))
-        with anyio.fail_after(30.0):
-            verdict = await run.result()
-    hub.close()
+    verdict = await verdict_after_a_kill(tmp_path, text, endpoint)
     assert verdict.status is RunStatus.ERROR, verdict.reason
     # On a slow machine, the router may come back after the end of the wait.
     assert re.search("the connection to the ROS 2 system (was lost meanwhile|is lost)", verdict.reason)
@@ -177,14 +183,7 @@ scenario main:
         wait_for_data("/count", "std_msgs/msg/Int64") with:
             timeout(0.2s)
 """
-    hub = Session(listen=endpoint, gossip=True)
-    async with running(tmp_path, endpoint, text) as run:
-        await logged(run)
-        await anyio.to_thread.run_sync(hub.close)
-        hub = await anyio.to_thread.run_sync(lambda: Session(listen=endpoint, gossip=True))
-        with anyio.fail_after(30.0):
-            verdict = await run.result()
-    hub.close()
+    verdict = await verdict_after_a_kill(tmp_path, text, endpoint)
     assert verdict.status is RunStatus.FAILED, verdict.reason
 
 
