@@ -10,7 +10,7 @@ from seoro.ui.security import Access
 from tests.chromium import problems_of
 
 if TYPE_CHECKING:
-    from playwright.async_api import Browser, Page
+    from playwright.async_api import Browser, Locator, Page
 
 
 class Opened:
@@ -69,3 +69,10 @@ async def opened(browser: Browser, access: Access, *, width: int = 1280, **optio
 def _note(problems: list[str], url: str, origin: str) -> None:
     if not url.startswith((f"{origin}/", "data:", "blob:")):
         problems.append(f"request to {url}")
+
+
+async def shows(place: Locator, text: str) -> None:
+    """Wait until a place of the page has a text, on a busy machine, too."""
+    from playwright.async_api import expect
+
+    await expect(place).to_contain_text(text, timeout=30_000)

@@ -19,7 +19,7 @@ from tests.chromium import launched, violations_of
 from tests.executors import LONG, RunningExecutor
 from tests.lab.nodes import Hall, hall_at
 from tests.ui.conftest import serving
-from tests.ui.pages import opened
+from tests.ui.pages import opened, shows
 from tests.ui.test_campaigns import SCENARIO
 from tests.ui.test_runs import submitted
 
@@ -98,8 +98,8 @@ async def test_a_run_is_started_from_the_form_of_its_parameters(chromium: Browse
         await page.get_by_role("link", name="Start", exact=True).click()
         await choose_scenario(page, "first")
         settings = page.get_by_role("region", name="Settings")
-        assert "pause time [s]" in await settings.inner_text()
-        assert "Time until the end." in await settings.inner_text()
+        await shows(settings, "pause time [s]")
+        await shows(settings, "Time until the end.")
         assert await page.get_by_label("speed").get_attribute("placeholder") == "3kph"
         await page.get_by_label("shade").select_option("colour!red")
         await page.get_by_label("pause").fill("0.2s")
@@ -126,7 +126,7 @@ async def test_an_emergency_stop_is_one_click_and_its_release_asks(
         real = page.locator(".robot", has_text="track")
         await real.wait_for()
         assert "REAL" in await real.inner_text()
-        assert "simulated" in await page.locator(".robot", has_text="tb2").inner_text()
+        await shows(page.locator(".robot", has_text="tb2"), "simulated")
         await found.go(f"/run/x{run}")
         await page.locator(".badge", has_text="Running").wait_for()
         await page.get_by_role("button", name="Emergency stop").click()
@@ -178,10 +178,8 @@ async def test_a_campaign_leads_to_its_failed_run(chromium: Browser, site: Serve
         await page.get_by_role("link", name="Campaigns").click()
         await page.get_by_role("link", name="vary.osc").click()
         await page.get_by_role("heading", name="Pass rate").wait_for()
-        text = await page.locator("main").inner_text()
-        assert "4 runs" in text
-        assert "75 %" in text
-        assert "3 passed, 1 failed." in text
+        for text in ("4 runs", "75 %", "3 passed, 1 failed."):
+            await shows(page.locator("main"), text)
         rows = await page.locator(".outcome").first.locator("tr").all_inner_texts()
         assert "1 of 1 failed" in rows[-1]
         async with page.expect_download() as download:
@@ -201,8 +199,7 @@ async def test_two_runs_are_compared(chromium: Browser, site: Served) -> None:
         await page.get_by_role("button", name="Compare the 2 chosen").click()
         await page.get_by_role("heading", name="The runs first differ").wait_for()
         await page.get_by_role("region", name="Verdicts").get_by_text("Passed").nth(1).wait_for()
-        settings = await page.get_by_role("region", name="Settings that differ").inner_text()
-        assert "pause" in settings
+        await shows(page.get_by_role("region", name="Settings that differ"), "pause")
         await page.get_by_label("Run B").select_option(index=1)
         assert found.problems == []
 
@@ -255,7 +252,7 @@ async def test_a_debugged_run_stops_at_a_breakpoint_and_outlives_a_reload(chromi
         await panel.get_by_text("Paused at a breakpoint, 0.200 s").wait_for()
         await panel.get_by_label(f"Condition of the breakpoint in line {line}").wait_for()
         await panel.locator(".variables li", has_text="shade").wait_for()
-        assert "first" in await panel.locator(".branches").inner_text()
+        await shows(panel.locator(".branches"), "first")
         await panel.get_by_role("button", name="Step over").click()
         await page.locator(".badge", has_text="Passed").wait_for()
         await panel.get_by_text("The run has ended.").wait_for()

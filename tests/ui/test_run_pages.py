@@ -16,7 +16,7 @@ from seoro.ui.server import Served
 from tests.chromium import launched, violations_of
 from tests.executors import LONG, RunningExecutor
 from tests.report.traces import HOSTILE, REVERSED, records, write
-from tests.ui.pages import Opened, opened
+from tests.ui.pages import Opened, opened, shows
 from tests.ui.test_runs import submitted
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ async def test_a_run_is_found_and_its_views_are_read_back(
     async with opened(chromium, served.access) as found:
         page = found.page
         row = page.locator(".run-row", has_text="hello.osc").first
-        assert "Passed" in await row.inner_text()
+        await shows(row, "Passed")
         await page.get_by_label("search").fill("no such run")
         await page.get_by_text("No run matches").wait_for()
         await page.get_by_label("search").fill("hello passed")
@@ -67,7 +67,7 @@ async def test_a_run_is_found_and_its_views_are_read_back(
         await page.get_by_role("option").get_by_text("hello").wait_for()
         await found.tab("Records")
         await page.get_by_role("option").get_by_text("The run passed").wait_for()
-        assert "log" in await page.get_by_role("tree").inner_text()
+        await shows(page.get_by_role("tree"), "log")
         await page.go_back()
         await page.get_by_role("heading", name="Runs").wait_for()
         assert found.problems == []
@@ -92,7 +92,7 @@ async def test_a_run_is_followed_and_stopped(
         await dialog.get_by_label("Reason").fill("seen enough")
         await dialog.get_by_role("button", name="Stop the run").click()
         await page.locator(".badge", has_text="Cancelled").wait_for()
-        assert "seen enough" in await page.locator(".reason").inner_text()
+        await shows(page.locator(".reason"), "seen enough")
         assert await time.input_value() == "0.100"
         assert await page.get_by_role("button", name="live").count() == 0
         assert found.problems == []
