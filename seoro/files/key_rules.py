@@ -29,7 +29,7 @@ class KeyRule(Protocol):
 
 
 @dataclass(frozen=True)
-class Count:
+class KeyCount:
     """A number of given keys.
 
     Args:
@@ -57,7 +57,7 @@ class Count:
 
 
 @dataclass(frozen=True)
-class Beside:
+class KeyDependency:
     """Keys that stand only beside another key, or only without it.
 
     Args:
@@ -102,7 +102,7 @@ def _presence(key: str, is_given: bool) -> Schema:
 KeyRules: TypeAlias = tuple[KeyRule, ...]
 
 
-class Ruled(BaseModel):
+class WithKeyRules(BaseModel):
     """Base of models with rules on their keys.
 
     Attributes:

@@ -7,14 +7,14 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from seoro.files.key_rules import Beside, Count, KeyRules, Ruled
+from seoro.files.key_rules import KeyCount, KeyDependency, KeyRules, WithKeyRules
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
 NodeName = Annotated[str, Field(pattern=r"^[a-z0-9_-]+$")]
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 
 
-class _Part(Ruled):
+class _Part(WithKeyRules):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -34,12 +34,14 @@ class SimulatorFile(_Part):
     world: Text | None = None
 
     key_rules: ClassVar[KeyRules] = (
-        Count(
+        KeyCount(
             ("simulator", "connect"),
             (1,),
             "expected either `simulator` (started for the run) or `connect` (an endpoint)",
         ),
-        Beside(("name",), "connect", True, "`name` selects a simulator to `connect` to: remove it"),
+        KeyDependency(
+            ("name",), "connect", is_needed=True, message="`name` selects a simulator to `connect` to: remove it"
+        ),
     )
 
 
@@ -128,7 +130,7 @@ class AfterFile(_Part):
     within: Annotated[float, Field(gt=0.0, le=3600.0)] = 120.0
 
     key_rules: ClassVar[KeyRules] = (
-        Count(
+        KeyCount(
             ("home", "place", "scenario"),
             (1,),
             "expected one of `home` (a pose to drive to), `place` (a pose to move it to) and `scenario`",
@@ -167,23 +169,25 @@ class RobotFile(_Part):
     after: AfterFile | None = None
 
     key_rules: ClassVar[KeyRules] = (
-        Count(
+        KeyCount(
             ("in", "kind"),
             (1,),
             "expected either `in` (a simulator or bridge) or `kind: bag` (a recorded robot)",
         ),
-        Count(("kind", "bag"), (0, 2), "a recorded robot needs both `kind: bag` and `bag`, the path of its bag"),
-        Beside(
+        KeyCount(
+            ("kind", "bag"), (0, 2), "a recorded robot needs both `kind: bag` and `bag`, the path of its bag"
+        ),
+        KeyDependency(
             ("namespace", "profile"),
             "kind",
-            True,
-            "{found}: only for a recorded robot: remove it, or add `kind: bag`",
+            is_needed=True,
+            message="{found}: only for a recorded robot: remove it, or add `kind: bag`",
         ),
-        Beside(
+        KeyDependency(
             ("after", "before", "limits", "as"),
             "kind",
-            False,
-            "a recorded robot obeys no commands: remove {found}",
+            is_needed=False,
+            message="a recorded robot obeys no commands: remove {found}",
         ),
     )
 

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seoro.files.key_rules import Count, KeyRules, Ruled
+from seoro.files.key_rules import KeyCount, KeyRules, WithKeyRules
 from sim_nodes.files import Declared
 from sim_nodes.worlds.fields import Coordinate, Edge, Name, Point, Share, Tags
 
@@ -38,10 +38,10 @@ class PathFile(Declared):
     repeat: bool = False
 
 
-class TraitsFile(Declared, Ruled):
+class TraitsFile(Declared, WithKeyRules):
     """Traits and motion of a person. A range is drawn from by the seed."""
 
-    key_rules: ClassVar[KeyRules] = (Count(("walk", "wander"), (0, 1), "expected either `walk` or `wander`"),)
+    key_rules: ClassVar[KeyRules] = (KeyCount(("walk", "wander"), (0, 1), "expected either `walk` or `wander`"),)
 
     speed: Speed | tuple[Speed, Speed] = 1.3  # [m/s]
     radius: Radius | tuple[Radius, Radius] = 0.25  # [m]

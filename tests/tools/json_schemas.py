@@ -23,7 +23,7 @@ from seoro.cli.main import command_parser
 from seoro.executor.limits import Policy
 from seoro.files import schemas
 from seoro.files.field_meanings import field_meanings
-from seoro.files.key_rules import Ruled
+from seoro.files.key_rules import WithKeyRules
 from seoro.lab.schema import LabFile
 from seoro.security.keys.roles import PEOPLE
 from sim_nodes.robots.declaration import RobotDeclaration
@@ -53,7 +53,7 @@ class _Generator(GenerateJsonSchema):
         found, model = super().model_schema(schema), schema["cls"]
         found.pop("title", None)
         found["description"] = (inspect.getdoc(model) or "").partition("\n\n")[0].replace("\n", " ")
-        if issubclass(model, Ruled) and model.key_rules:
+        if issubclass(model, WithKeyRules) and model.key_rules:
             found["allOf"] = [rule.schema for rule in model.key_rules]
         meanings = field_meanings(model)
         for name, field in model.model_fields.items():

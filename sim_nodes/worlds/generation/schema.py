@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seoro.files.key_rules import Count, KeyRules, Ruled
+from seoro.files.key_rules import KeyCount, KeyRules, WithKeyRules
 from sim_nodes.files import Declared
 
 KINDS = ("rooms", "maze", "obstacles")
@@ -81,7 +81,7 @@ class ClutterFile(Declared):
         return self
 
 
-class GenerateFile(Declared, Ruled):
+class GenerateFile(Declared, WithKeyRules):
     """A generated world of one kind. The same parameters and seed give the same world.
 
     A circle with the radius `clearance` can move between all named poses.
@@ -94,4 +94,6 @@ class GenerateFile(Declared, Ruled):
     clearance: Annotated[float, Field(ge=0.05, le=2.0)] = 0.3  # [m]
     seed: Annotated[int, Field(ge=0, lt=SEEDS)] | None = None  # None for that of the run
 
-    key_rules: ClassVar[KeyRules] = (Count(KINDS, (1,), f"expected one of {', '.join(KINDS)}, found {{found}}"),)
+    key_rules: ClassVar[KeyRules] = (
+        KeyCount(KINDS, (1,), f"expected one of {', '.join(KINDS)}, found {{found}}"),
+    )

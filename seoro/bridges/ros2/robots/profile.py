@@ -15,7 +15,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from seoro.bridges.ros2.wire.names import InvalidName, resolve
 from seoro.errors import UsageError
-from seoro.files.key_rules import Count, KeyRules, Ruled
+from seoro.files.key_rules import KeyCount, KeyRules, WithKeyRules
 from seoro.files.yaml_lines import FileError, Lines, read_text, read_yaml, validate
 
 
@@ -42,7 +42,7 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0.0)]
 
 
-class _Part(Ruled):
+class _Part(WithKeyRules):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -162,7 +162,7 @@ class Detector(_Part):
     lowest_score: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.5
 
     key_rules: ClassVar[KeyRules] = (
-        Count(("width", "height"), (0, 2), "expected both `width` and `height`, or none of them"),
+        KeyCount(("width", "height"), (0, 2), "expected both `width` and `height`, or none of them"),
     )
 
     @property
@@ -206,7 +206,7 @@ class Profile(_Part):
     arm: Arm | None = None
     sensors: Sensors = Sensors()
 
-    key_rules: ClassVar[KeyRules] = (Count(("base", "arm"), (1, 2), "expected a base, an arm, or both"),)
+    key_rules: ClassVar[KeyRules] = (KeyCount(("base", "arm"), (1, 2), "expected a base, an arm, or both"),)
 
     @property
     def commands(self) -> tuple[str, ...]:
