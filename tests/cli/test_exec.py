@@ -260,6 +260,13 @@ def test_stdin_has_either_a_scenario_or_the_parent(capsys: pytest.CaptureFixture
     assert "`--die-with-parent` needs stdin, which has the scenario" in capsys.readouterr().err
 
 
+def test_a_run_needs_a_pipe_to_its_parent_to_end_with_it(write: Write) -> None:
+    command = [sys.executable, "-m", "seoro", "exec", write(GREETING), "--die-with-parent"]
+    ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("error: expected a pipe as stdin")
+
+
 def test_a_wall_time_limit_ends_without_a_verdict(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
     text = "import osc.types\nscenario main:\n    do wait elapsed(1h)\n"
     assert main(["exec", write(text), "--timeout", "0.05"]) == 3
