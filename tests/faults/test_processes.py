@@ -136,7 +136,7 @@ async def test_a_frozen_executor_loses_no_run_and_its_runs_continue(tmp_path: Pa
             await anyio.sleep(4.0)
             lab.process.send_signal(signal.SIGCONT)
             records = await follow(run)
-    assert 5.9 < records[-1]["t"] < 9.0  # a run that waits for it takes 10 s
+    assert 5.9 < records[-1]["t"] < 6.1  # the run did not wait for it
 
 
 @pytest.mark.more

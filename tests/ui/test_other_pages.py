@@ -198,7 +198,9 @@ async def test_two_runs_are_compared(chromium: Browser, site: Served) -> None:
             await page.locator("[data-row]", has_text=name).get_by_role("checkbox").check()
         await page.get_by_role("button", name="Compare the 2 chosen").click()
         await page.get_by_role("heading", name="The runs first differ").wait_for()
-        await page.get_by_role("region", name="Verdicts").get_by_text("Passed").nth(1).wait_for()
+        verdicts = page.get_by_role("region", name="Verdicts")
+        await verdicts.get_by_text("Passed").nth(1).wait_for()
+        assert (await verdicts.inner_text()).count("Passed") == 2
         await shows(page.get_by_role("region", name="Settings that differ"), "pause")
         await page.get_by_label("Run B").select_option(index=1)
         assert found.problems == []

@@ -80,6 +80,14 @@ def run_ros(tmp_path: Path, robot: str) -> RunRos:
     return run_it
 
 
+def failing_after(action: str, *steps: str) -> str:
+    """The body of a scenario: an action that runs until other steps are over, and then the run fails."""
+    indent = 12 * " "
+    return f"    do parallel:\n        {action}\n        serial:\n" + "".join(
+        f"{indent}{step}\n" for step in (*steps, "emit fail")
+    )
+
+
 async def ran_of(run: Run) -> Ran:
     records = [record async for record in run.trace()]
     return Ran(await run.result(), records)

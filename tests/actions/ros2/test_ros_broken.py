@@ -65,7 +65,7 @@ async def test_unreadable_messages_are_reported(invocation: str, reason: str, tm
     ran = await run(tmp_path, broken, f"    do {invocation}")
     assert ran.verdict.status is RunStatus.FAILED
     assert reason in ran.verdict.reason
-    assert ran.verdict.duration < 8.0  # others wait for 10 s or longer
+    assert ran.verdict.duration < 2.0
 
 
 async def test_transforms_that_cannot_be_read_are_reported_once(tmp_path: Path, broken: str) -> None:

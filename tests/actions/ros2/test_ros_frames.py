@@ -8,22 +8,9 @@ from seoro.actions.ros_frames import _Time
 from seoro.bridges.ros2.clock import MachineClock
 from seoro.errors import UsageError
 from seoro.runtime.verdict import RunStatus
-from tests.actions.ros2.conftest import RunRos
+from tests.actions.ros2.conftest import RunRos, failing_after
 
 ROBOT = "scenario main:\n    robot: differential_drive_robot\n"
-
-
-def until_moved(invocation: str) -> str:
-    """A scenario that ends an action after transforms have arrived several times."""
-    return f"""{ROBOT}    event moved
-    do parallel:
-        {invocation} with:
-            until @moved
-        serial:
-            wait_for_data("/tf", "tf2_msgs/msg/TFMessage") with:
-                repeat(4)
-            emit moved
-"""
 
 
 @pytest.mark.parametrize(
@@ -67,7 +54,9 @@ async def test_a_moving_robot_arrives(invocation: str, run_ros: RunRos) -> None:
 async def test_a_robot_that_does_not_arrive_reports_its_distance(
     invocation: str, missing: str, run_ros: RunRos
 ) -> None:
-    ran = await run_ros(until_moved(invocation))
+    moved = 4 * ['wait_for_data("/tf", "tf2_msgs/msg/TFMessage")']
+    ran = await run_ros(ROBOT + failing_after(invocation, *moved))
+    assert ran.verdict.status is RunStatus.FAILED
     assert any(re.search(missing, text) for _, text in ran.logs), ran.logs
 
 
